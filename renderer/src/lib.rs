@@ -1,6 +1,7 @@
 //! Renderer of MIS Lab.
 pub mod error;
 pub mod frame;
+pub mod pbrt;
 pub mod progressive;
 pub mod scene;
 pub mod settings;
