@@ -11,6 +11,7 @@ pub mod kernel;
 pub mod lanes;
 pub mod light;
 pub mod mis;
+pub mod pbrt;
 pub mod progressive;
 pub mod sampler;
 pub mod scene;
