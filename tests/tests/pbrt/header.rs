@@ -116,6 +116,7 @@ fn cameras() {
         |parameters: &str| parse(&format!("Camera \"perspective\" {parameters} WorldBegin WorldEnd")).scene.camera;
     assert_eq!(camera("\"float fov\" 30").fov_deg, 30.0);
     assert_eq!(camera("\"float halffov\" 20").fov_deg, 40.0);
+    assert_eq!(camera("\"float fov\" 30 \"float fov\" 50").fov_deg, 50.0, "the last one counts");
     assert_eq!(camera("\"float screenwindow\" [-1 1 -.5 .5]").screen_window, Some([-1.0, 1.0, -0.5, 0.5]));
     assert_eq!(camera("\"float frameaspectratio\" 2").screen_window, Some([-2.0, 2.0, -1.0, 1.0]));
     assert_eq!(camera("\"float frameaspectratio\" .5").screen_window, Some([-1.0, 1.0, -2.0, 2.0]));

@@ -112,6 +112,8 @@ fn what_copying_brings_is_read() {
 fn quotes_of_the_other_kind_are_content() {
     let file = parse("Film \"image\" \"string filename\" \"student's.exr\" Camera 'perspective' WorldBegin WorldEnd");
     assert_eq!(file.film_filename, "student's.exr");
+    let file = parse("Film \"image\" \"string filename\" \"two  spaces.exr\" WorldBegin WorldEnd");
+    assert_eq!(file.film_filename, "two  spaces.exr");
     let file = parse(r#"Film "image" "string filename" "a\"b\\c\d.exr" WorldBegin WorldEnd"#);
     assert_eq!(file.film_filename, r#"a"b\c\d.exr"#);
 }
