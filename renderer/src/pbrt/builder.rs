@@ -20,6 +20,9 @@ const MAX_DEPTH: usize = 1000;
 /// Most shapes of a scene.
 const MAX_SHAPES: usize = 1 << 20;
 
+/// Largest number in the camera's matrix, and in the inverse of its volume.
+const MAX_CAMERA: f64 = 1e15;
+
 /// What can stand in a scene file, for suggestions.
 const DIRECTIVES: [&str; 31] = [
     "AreaLightSource",
@@ -255,7 +258,13 @@ impl Builder {
             "PixelFilter" => header::pixel_filter(kind, params, at, log)?,
             "Camera" => {
                 let world_from_camera = self.state.ctm.inverted();
-                self.camera = Some(header::camera(kind, params, at, world_from_camera.matrix, log)?);
+                let (matrix, max) = (world_from_camera.matrix, MAX_CAMERA);
+                let largest = matrix.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                if largest > max || matrix.determinant().abs() < 1.0 / max {
+                    let message = "Camera under a transformation that scales or moves it too far";
+                    return Err(log.error(at, format!("{message}, expected factors and distances up to {max:e}")));
+                }
+                self.camera = Some(header::camera(kind, params, at, matrix, log)?);
                 self.coordinate_systems.insert("camera".to_owned(), world_from_camera);
             }
             _ => header::integrator(kind, params, at, &mut self.settings, log)?,

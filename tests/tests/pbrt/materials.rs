@@ -62,6 +62,7 @@ fn material_warnings_and_errors() {
     assert_failure(&world("Material \"metal\" \"float roughness\" -1"), 3, 36, &["roughness -1"]);
     assert_failure(&world("Material \"metal\" \"float roughness\" \"rough\""), 3, 36, &["rough", "number"]);
     assert_failure(&world("Material \"metal\" \"bool remaproughness\" \"no\""), 3, 40, &["no", "true"]);
+    assert_failure(&world("Material \"metal\" \"rgb k\" [1 1 1e8]"), 3, 27, &["\"k\"", "at most 1e6"]);
     assert_failure(&world("Material"), 3, 1, &["Material", "text in quotes"]);
 }
 
