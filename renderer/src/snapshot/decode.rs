@@ -160,10 +160,7 @@ fn describe(value: &AttributeValue) -> String {
         A::IntVec3((x, y, z)) => format!("{x} {y} {z}"),
         A::FloatVec3((x, y, z)) => format!("{x} {y} {z}"),
         A::FloatRect(r) => format!("({} {}) - ({} {})", r.min.0, r.min.1, r.max.0, r.max.1),
-        A::IntegerBounds(b) => {
-            let w = window(*b);
-            format!("{} x {} at ({} {})", w.size[0], w.size[1], w.min[0], w.min[1])
-        }
+        A::IntegerBounds(b) => window(*b).to_string(),
         A::Chromaticities(c) => format!(
             "red ({} {}) green ({} {}) blue ({} {}) white ({} {})",
             c.red.0, c.red.1, c.green.0, c.green.1, c.blue.0, c.blue.1, c.white.0, c.white.1

@@ -126,6 +126,12 @@ pub struct Window {
     pub size: [u32; 2],
 }
 
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} x {} at ({} {})", self.size[0], self.size[1], self.min[0], self.min[1])
+    }
+}
+
 /// The pixels of an EXR file, of this program or another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
