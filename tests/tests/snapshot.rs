@@ -52,7 +52,7 @@ fn scene() -> Scene {
             },
             Shape {
                 geometry: Geometry::Mesh {
-                    positions: Arc::new(vec![Vec3::ZERO, Vec3::X * 0.1, Vec3::Y * 1e30]),
+                    positions: Arc::new(vec![Vec3::ZERO, Vec3::X * 0.1, Vec3::Y * 1e9]),
                     triangles: Arc::new(vec![[0, 1, 2]]),
                 },
                 reverse_orientation: true,
@@ -123,6 +123,8 @@ fn folder() -> tempfile::TempDir {
 
 fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.path().join(name);
+    // Some file systems flush to the disk when a file is overwritten, but not when it is new.
+    let _ = fs::remove_file(&path);
     fs::write(&path, bytes).expect("a file in the temporary folder");
     path
 }
@@ -365,7 +367,7 @@ fn edited_settings_and_scenes_are_checked() {
         ("\"heuristic\"", "\"heuristik\"", "mislabSettings"),
         ("\"alpha\":0.02", "\"alpha\":2.02", "plate2"),
         ("\"material\":2", "\"material\":9", "material"),
-        ("\"triangles\":[[0,1,2]]", "\"triangles\":[[0,1,3]]", "vertices"),
+        ("\"triangles\":[[0,1,2]]", "\"triangles\":[[0,1,3]]", "vertex 3"),
         ("\"radius\":0.03333", "\"radius\":-0.0333", "shape 0"),
         ("\"fov_deg\":41.0", "\"fov_deg\":-1.0", "field of view"),
         ("\"name\":\"floor\"", "\"name\":\"fl\\ur\"", "mislabScene"),

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3, DVec4, Vec3};
+use mislab_renderer::pbrt::embedded_scene;
 use mislab_renderer::table::quality::{Estimate, Reference, crosses, sidak};
 use mislab_renderer::table::regions::{Groups, Square, visible_materials};
-use mislab_renderer::table::{LightSize, LobeWidth, TutorialRun};
+use mislab_renderer::table::{LightSize, LobeWidth, TableOptions, TableResult, TutorialRun, run_table};
 use mislab_renderer::{Bsdf, Camera, Geometry, Light, Material, Reflectance, Scene, Shape, Strategy};
 
 fn metal(name: &str, alpha: f32) -> Material {
@@ -267,4 +268,63 @@ fn the_files_are_the_tutorials() {
     assert_eq!((settings.strategy, settings.resolution, settings.seed), (Strategy::MisAll, [600, 600], 7));
     assert_eq!((settings.sampler.strata, settings.spp.map(|n| n.get())), ([6, 6], Some(36)));
     assert_eq!(TutorialRun::ALL[3].settings(Some([40, 30]), 1).resolution, [40, 30]);
+}
+
+#[test]
+fn a_small_table_of_the_tutorials_scene_says_what_the_picture_shows() {
+    let scene = Arc::new(embedded_scene().scene);
+    let options = TableOptions { size: Some([64, 64]), reference_spp: 64, replicates: 3, threads: 2, seed: 1 };
+    let (mut last, mut finished) = (0.0, Vec::new());
+    let result = run_table(&scene, &options, &mut |p| {
+        assert!((last..=1.0).contains(&p.fraction), "{} after {last}", p.fraction);
+        last = p.fraction;
+        finished.extend(p.finished.as_ref().map(|(run, frame)| (run.file, frame.spp())));
+        true
+    });
+    let TableResult { table, frames } = result.expect("can be rendered").expect("nobody stopped it");
+    println!("{}", table.to_markdown());
+    assert_eq!(
+        finished,
+        [("veachMIS_L.exr", 64), ("veachMIS_BSDF.exr", 64), ("veach_MIS_ALLx36.exr", 36), ("veachMIS_MIS.exr", 64)]
+    );
+    assert_eq!(frames.len(), 4);
+    assert_eq!(table.rows.iter().map(|r| r.paths).collect::<Vec<_>>(), [64, 64, 72, 64].map(|n| n * 64 * 64));
+    let error = |row: usize, cell: usize| table.rows[row].cells[cell].rel_mse.expect("every square has pixels");
+    let [light, bsdf, all] = [0, 1, 2];
+    let [small_broad, small_sharp, large_broad, large_sharp] = [0, 1, 2, 3];
+    assert!(
+        error(light, small_broad) < error(bsdf, small_broad) / 4.0,
+        "light sampling is for small lights, broad lobes"
+    );
+    assert!(
+        error(bsdf, large_sharp) < error(light, large_sharp) / 4.0,
+        "BSDF sampling is for large lights, sharp lobes"
+    );
+    for cell in [small_broad, small_sharp, large_broad, large_sharp] {
+        assert!(
+            error(all, cell) < 4.0 * error(light, cell).min(error(bsdf, cell)),
+            "mis_all is never far from the best"
+        );
+        assert!(table.rows.iter().any(|row| row.cells[cell].cross), "someone has the cross");
+    }
+    assert!(!table.rows[light].cells[large_sharp].cross && !table.rows[bsdf].cells[small_broad].cross);
+
+    assert_eq!(table.to_csv().lines().count(), 1 + 16);
+    let columns: Vec<_> = table.to_csv().lines().map(|line| line.split(',').count()).collect();
+    assert!(columns.iter().all(|&n| n == columns[0]), "{columns:?}");
+    let json: serde_json::Value = serde_json::from_str(&table.to_json()).expect("is JSON");
+    assert_eq!(json["rows"][2]["strategy"], "mis_all");
+    assert_eq!(json["rows"][2]["cells"][3]["light"], "large");
+}
+
+#[test]
+fn a_table_can_be_stopped_and_refuses_what_it_cannot_do() {
+    let scene = Arc::new(embedded_scene().scene);
+    let options = TableOptions { size: Some([64, 64]), threads: 1, ..TableOptions::default() };
+    let stopped = run_table(&scene, &options, &mut |_| false).expect("stopping is no failure");
+    assert!(stopped.is_none());
+    let few = TableOptions { replicates: 1, ..options.clone() };
+    assert!(run_table(&scene, &few, &mut |_| true).is_err(), "one replicate has no uncertainty");
+    let none = TableOptions { size: Some([0, 64]), ..options };
+    assert!(run_table(&scene, &none, &mut |_| true).is_err(), "no pixels");
 }

@@ -215,7 +215,8 @@ pub struct TableResult {
 }
 
 /// Renders the tutorial's files, the references they are measured against, and fills the table in. Blocks; call it from a
-/// thread of its own. `progress` is called after every pass and returns false to stop, upon which the result is `None`.
+/// thread of its own. `progress` is called several times a second and returns false to stop,
+/// upon which the result is `None`.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the scene has no plates or lights to sort the pixels by, an option is out of range, or the scene
@@ -441,9 +442,10 @@ impl<'a> Work<'a> {
             self.done = before + rays * f64::from(progress.spp) / f64::from(target);
             stopped |= !self.report(step, None);
             !stopped
-        })?;
+        });
         self.done = before + rays;
-        Ok((!stopped).then_some(frame))
+        // Stopped early, there may be a frame or, before the first pass, an error that says so.
+        if stopped { Ok(None) } else { frame.map(Some) }
     }
 
     /// Whether to go on.
