@@ -27,6 +27,7 @@ pub mod geometry;
 pub mod kernel;
 pub mod lanes;
 pub mod light;
+pub mod metrics;
 pub mod mis;
 pub mod pbrt;
 pub mod progressive;
@@ -34,6 +35,8 @@ pub mod sampler;
 pub mod scene;
 pub mod settings;
 pub mod shape;
+pub mod snapshot;
+pub mod table;
 pub mod warp;
 
 pub use error::{Diagnostic, Error, Location};
