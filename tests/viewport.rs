@@ -1,6 +1,7 @@
 //! The picture viewport: the shader against its twin on the CPU, published values of curves and maps,
 //! zoom and pan. Pictures are drawn by a software driver; no display is needed.
 
+use std::num::NonZeroU32;
 use std::sync::Arc;
 
 use eframe::egui::{self, Pos2, Rect, pos2, vec2};
@@ -9,8 +10,8 @@ use mislab::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
 use mislab::film_texture::Planes;
 use mislab::tone::{filmic, srgb_encode, surround, tone_map};
 use mislab::view_state::{Geometry, Placement, ToneMap, ViewState};
-use mislab::viewport::{Viewport, ViewportResponse, legend_overlay, planes_to_rgba8};
-use mislab_renderer::{Layer, PixelRect};
+use mislab::viewport::{Viewport, ViewportResponse, legend_overlay, planes_to_rgba8, render_to_rgba8};
+use mislab_renderer::{Layer, PixelRect, Request, Settings};
 
 const SIZE: [u32; 2] = [96, 64];
 
@@ -517,5 +518,30 @@ fn absurd_stored_numbers_still_give_a_picture() {
         let placed = geometry(Placement::Free { scale, centre: [f32::NAN, 1e30] }, 1.0);
         assert!(placed.scale > 0.0 && placed.origin.iter().all(|v| v.is_finite()), "{placed:?}");
         assert!(placed.viewport.expand(2.0).intersects(placed.picture_rect()), "{placed:?}");
+    }
+}
+
+/// A frame of the renderer: its layers on screen, and the picture for a PNG.
+#[test]
+fn a_frame_of_the_renderer_is_shown_layer_by_layer() {
+    let file = mislab_renderer::pbrt::embedded_scene();
+    let settings = Settings { resolution: [60, 40], spp: NonZeroU32::new(4), ..Settings::default() };
+    let crop = Settings { crop: [0.25, 0.75, 0.5, 1.0], ..settings.clone() };
+    for settings in [settings, crop] {
+        let bounds = settings.pixel_bounds();
+        let request = Request { scene: Arc::new(file.scene.clone()), settings };
+        let frame = mislab_renderer::render(&request, 1, &mut |_| true).expect("the scene can be rendered");
+        for layer in Layer::ALL {
+            let planes = Planes::from_frame(&frame, layer);
+            assert_eq!((planes.bounds(), planes.image()), (bounds, [60, 40]));
+            for (plane, channel) in planes.channels().zip(layer.channels()) {
+                let same = plane.iter().zip(frame.channel(*channel)).all(|(a, b)| a.to_bits() == b.to_bits());
+                assert!(same, "{channel:?} of the frame is not that on screen");
+            }
+            let view = ViewState { layer, ..ViewState::default() };
+            let (w, h, pixels) = render_to_rgba8(&frame, &view, true);
+            assert_eq!((w, h, pixels.len()), (bounds.width(), bounds.height(), 4 * bounds.area()));
+            assert!(!pixels.chunks_exact(4).any(|p| p == [255, 0, 0, 255]), "{layer:?} has numbers that cannot be");
+        }
     }
 }
