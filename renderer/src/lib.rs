@@ -1,9 +1,12 @@
 //! Renderer of MIS Lab.
 pub mod error;
 pub mod frame;
+pub mod metrics;
 pub mod progressive;
 pub mod scene;
 pub mod settings;
+pub mod snapshot;
+pub mod table;
 
 pub use error::{Diagnostic, Error, Location};
 pub use frame::{Channel, Frame, FrameStats, Layer};
