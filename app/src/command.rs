@@ -8,7 +8,7 @@ use eframe::egui::ThemePreference;
 use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, SamplerSettings, Strategy};
 
 use crate::document::{Document, EditKey};
-use crate::view_state::ToneMap;
+use crate::view_state::{ToneMap, ViewState};
 
 /// Where a picture stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +67,12 @@ pub enum Command {
     SetExposure(f32),
     /// Added after exposure.
     SetOffset(f32),
+    /// More or less exposure, in stops.
+    NudgeExposure(f32),
+    /// More or less offset.
+    NudgeOffset(f32),
+    /// The next layer (or the previous).
+    CycleLayer(isize),
     /// Tone map.
     SetToneMap(ToneMap),
     /// Ends of the colour bar of the variance, as log10.
@@ -170,6 +176,9 @@ impl Command {
             Self::SetLayer(_) => EditKey("layer", 0),
             Self::SetExposure(_) => EditKey("exposure", 0),
             Self::SetOffset(_) => EditKey("offset", 0),
+            Self::NudgeExposure(_) => EditKey("exposure", 1),
+            Self::NudgeOffset(_) => EditKey("offset", 1),
+            Self::CycleLayer(_) => EditKey("layer", 1),
             Self::SetToneMap(_) => EditKey("tone map", 0),
             Self::SetVarianceRange(_) => EditKey("variance range", 0),
             Self::ResetView => EditKey("reset view", 0),
@@ -222,6 +231,14 @@ impl Command {
             Self::SetLayer(layer) => view.layer = layer,
             Self::SetExposure(ev) => view.exposure_ev = ev,
             Self::SetOffset(offset) => view.offset = offset,
+            Self::NudgeExposure(stops) => {
+                view.exposure_ev = (view.exposure_ev + stops).clamp(-ViewState::MAX_EV, ViewState::MAX_EV);
+            }
+            Self::NudgeOffset(step) => view.offset = ((view.offset + step) * 100.0).round() / 100.0,
+            Self::CycleLayer(step) => {
+                let at = Layer::ALL.iter().position(|l| *l == view.layer).unwrap_or(0);
+                view.layer = Layer::ALL[(at as isize + step).rem_euclid(Layer::ALL.len() as isize) as usize];
+            }
             Self::SetToneMap(tone_map) => view.tone_map = tone_map,
             Self::SetVarianceRange(range) => view.variance_range = range,
             Self::ResetView => view.reset_display(),

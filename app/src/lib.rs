@@ -1,4 +1,21 @@
 //! The app of MIS Lab: window, panels and command line.
 
+pub mod app;
+pub mod command;
+pub mod document;
+pub mod engine;
+pub mod files;
+pub mod keys;
+pub mod layout;
+pub mod math;
+pub mod panel;
+pub mod picking;
+pub mod prefs;
+pub mod swatch;
+pub mod table_job;
+pub mod theme;
 pub mod view_state;
 pub mod viewport;
+pub mod widgets;
+
+pub use app::{AppOptions, MisLabApp, NoWindow, run_app};
