@@ -6,6 +6,8 @@ use eframe::egui::{Pos2, Rect, Vec2, pos2};
 use mislab_renderer::{Frame, Layer};
 use serde::{Deserialize, Serialize};
 
+use crate::film_texture::Planes;
+
 /// From scene-linear light to the screen, after exposure and offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -105,7 +107,7 @@ impl ViewState {
     /// Exposure beyond this many stops either way is taken as this.
     pub const MAX_EV: f32 = 20.0;
     /// The smallest scale, physical pixels per image pixel.
-    pub const MIN_SCALE: f32 = 1.0 / 64.0;
+    pub const MIN_SCALE: f32 = 1.0 / 512.0;
     /// The largest scale.
     pub const MAX_SCALE: f32 = 256.0;
 
@@ -125,15 +127,15 @@ impl ViewState {
             return;
         }
         let scale = (geometry.scale * factor).clamp(Self::MIN_SCALE, Self::MAX_SCALE);
-        let fixed = geometry.to_image(screen);
+        // From the exact centre, not from the rounded origin: many small steps must not drift.
         let from_centre = (screen - geometry.viewport.center()) * geometry.pixels_per_point;
+        let fixed = [0, 1].map(|i| geometry.centre[i] + from_centre[i] / geometry.scale);
         self.place(geometry, scale, fixed, from_centre);
     }
 
     /// Moves the picture by `delta` points.
     pub fn pan_by(&mut self, geometry: &Geometry, delta: Vec2) {
-        let fixed = geometry.to_image(geometry.viewport.center());
-        self.place(geometry, geometry.scale, fixed, delta * geometry.pixels_per_point);
+        self.place(geometry, geometry.scale, geometry.centre, delta * geometry.pixels_per_point);
     }
 
     /// Puts the image point `fixed` at `from_centre` physical pixels from the centre of the viewport.
@@ -145,8 +147,28 @@ impl ViewState {
     /// Sets the range of what is shown by the data (N). Colour layers: 99 % of the pixels come out below white,
     /// without offset. Variance: whole decades that hold 98 % of the pixels. Weights keep their range of 0 to 1.
     pub fn normalise(&mut self, frame: &Frame) {
-        let _ = frame;
-        unimplemented!()
+        self.normalise_to(&Planes::from_frame(frame, self.layer));
+    }
+
+    /// [`Self::normalise`] by numbers that come from elsewhere than a frame. Without a usable number nothing changes.
+    pub fn normalise_to(&mut self, planes: &Planes) {
+        let channels: Vec<&[f32]> = planes.channels().collect();
+        let pixels = 0..channels.first().map_or(0, |plane| plane.len());
+        let mut largest: Vec<f32> = pixels
+            .map(|i| channels.iter().map(|plane| plane[i]).fold(0.0, f32::max))
+            .filter(|v| v.is_finite() && *v > 0.0)
+            .collect();
+        largest.sort_unstable_by(f32::total_cmp);
+        let Some(last) = largest.len().checked_sub(1) else { return };
+        let quantile = |q: f64| largest[(q * last as f64).round() as usize];
+        if is_colour(planes.layer()) {
+            // Tenths of a stop, downwards: what the status shows is what is used.
+            self.exposure_ev = ((-quantile(0.99).log2() * 10.0).floor() / 10.0).clamp(-Self::MAX_EV, Self::MAX_EV);
+            self.offset = 0.0;
+        } else if planes.layer() == Layer::Variance {
+            let low = quantile(0.01).log10().floor();
+            self.variance_range = [low, quantile(0.99).log10().ceil().max(low + 1.0)];
+        }
     }
 
     /// Exposure, offset, tone map and variance range as they were at the start (R). Layer and zoom stay.
@@ -169,7 +191,10 @@ pub struct Geometry {
     pub image: [u32; 2],
     /// Physical screen pixels per image pixel.
     pub scale: f32,
-    /// Top left corner of the full image, in physical screen pixels; whole numbers.
+    /// The point of the full image, in pixels, asked to be at the centre of the viewport.
+    pub centre: [f32; 2],
+    /// Top left corner of the full image, in physical screen pixels: whole numbers, so that at 100 %
+    /// every screen pixel is one image pixel.
     pub origin: [f32; 2],
     /// Physical screen pixels per point.
     pub pixels_per_point: f32,
@@ -185,12 +210,11 @@ impl Geometry {
             Placement::Fit => ((size.x / w).min(size.y / h), [w / 2.0, h / 2.0]),
             Placement::Free { scale, centre } => (scale, [0, 1].map(|i| centre[i].clamp(0.0, [w, h][i]))),
         };
-        // A NaN or infinite number in stored state must not survive either: `clamp` keeps NaN.
+        // Stored state may hold anything, and `clamp` keeps a NaN.
         let scale = if scale.is_finite() { scale.clamp(ViewState::MIN_SCALE, ViewState::MAX_SCALE) } else { 1.0 };
         let centre = centre.map(|c| if c.is_finite() { c } else { 0.0 });
-        // Whole pixels, so that at 100 % every screen pixel is one image pixel.
         let origin = [(middle.x - centre[0] * scale).round(), (middle.y - centre[1] * scale).round()];
-        Self { viewport, image, scale, origin, pixels_per_point }
+        Self { viewport, image, scale, centre, origin, pixels_per_point }
     }
 
     /// The full image on screen, in points; it may exceed the viewport.
