@@ -65,9 +65,10 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Every value is the same and there are the same channels.
+    /// There are the same channels with the same values, undefined ones included.
     pub fn is_identical(&self) -> bool {
-        unimplemented!()
+        let same = |d: &Difference| d.undefined_mismatch == 0 && d.maximum.is_none_or(|m| m.value == 0.0);
+        self.only_in_a.is_empty() && self.only_in_b.is_empty() && self.channels.iter().all(same)
     }
 }
 
@@ -76,6 +77,130 @@ impl Comparison {
 /// # Errors
 /// [`Error::Invalid`] if they do not hold the same pixels or share no channel.
 pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
-    let _ = (a, b);
-    unimplemented!()
+    if a.window != b.window {
+        return Err(Error::Invalid(format!("A holds {}, B holds {}: expected the same pixels", a.window, b.window)));
+    }
+    let missing = |from: &Image, of: &Image| -> Vec<String> {
+        of.channels.iter().filter(|(name, _)| from.channel(name).is_none()).map(|(name, _)| name.clone()).collect()
+    };
+    let mut layers: Vec<(String, Sums)> = Vec::new();
+    let mut channels = Vec::new();
+    for (name, values_a) in &a.channels {
+        let Some(values_b) = b.channel(name) else { continue };
+        let sums = Sums::of(values_a, values_b);
+        channels.push(sums.difference(name.clone(), a.window));
+        let layer = layer_of(name);
+        match layers.iter_mut().find(|(name, _)| name == layer) {
+            Some((_, total)) => total.add(&sums),
+            None => layers.push((layer.to_owned(), sums)),
+        }
+    }
+    if channels.is_empty() {
+        return Err(Error::Invalid(format!("no common channel: A has {}, B has {}", names(a), names(b))));
+    }
+    layers.sort_by(|x, y| (x.0 != DEFAULT_LAYER, &x.0).cmp(&(y.0 != DEFAULT_LAYER, &y.0)));
+    Ok(Comparison {
+        window: a.window,
+        layers: layers.into_iter().map(|(name, sums)| sums.difference(name, a.window)).collect(),
+        channels,
+        only_in_a: missing(b, a),
+        only_in_b: missing(a, b),
+    })
+}
+
+/// What the layer of the channels without a dot is called.
+const DEFAULT_LAYER: &str = "RGB";
+
+/// "light.R" is in "light", "a.b.R" in "a.b", "R" in the default layer.
+fn layer_of(channel: &str) -> &str {
+    channel.rsplit_once('.').map_or(DEFAULT_LAYER, |(layer, _)| layer)
+}
+
+fn names(image: &Image) -> String {
+    image.channels.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(" ")
+}
+
+/// Sums over values, in double precision.
+#[derive(Clone, Default)]
+struct Sums {
+    a: f64,
+    finite_a: u64,
+    b: f64,
+    finite_b: u64,
+    squared: f64,
+    relative: f64,
+    compared: u64,
+    both_undefined: u64,
+    mismatch: u64,
+    /// `|a - b|` and the index of the pixel.
+    maximum: Option<(f64, usize)>,
+}
+
+impl Sums {
+    fn of(a: &[f32], b: &[f32]) -> Self {
+        let mut sums = Self::default();
+        for (i, (&a, &b)) in a.iter().zip(b).enumerate() {
+            if a.is_finite() {
+                sums.a += f64::from(a);
+                sums.finite_a += 1;
+            }
+            if b.is_finite() {
+                sums.b += f64::from(b);
+                sums.finite_b += 1;
+            }
+            if a.is_finite() && b.is_finite() {
+                let (a, b) = (f64::from(a), f64::from(b));
+                let d = (a - b).abs();
+                sums.squared += d * d;
+                sums.relative += rel_mse(a, b);
+                sums.compared += 1;
+                if sums.maximum.is_none_or(|(largest, _)| d > largest) {
+                    sums.maximum = Some((d, i));
+                }
+            } else if a == b || (a.is_nan() && b.is_nan()) {
+                sums.both_undefined += 1;
+            } else {
+                sums.mismatch += 1;
+            }
+        }
+        sums
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.a += other.a;
+        self.finite_a += other.finite_a;
+        self.b += other.b;
+        self.finite_b += other.finite_b;
+        self.squared += other.squared;
+        self.relative += other.relative;
+        self.compared += other.compared;
+        self.both_undefined += other.both_undefined;
+        self.mismatch += other.mismatch;
+        if let Some((d, i)) = other.maximum {
+            if self.maximum.is_none_or(|(largest, _)| d > largest) {
+                self.maximum = Some((d, i));
+            }
+        }
+    }
+
+    fn difference(&self, name: String, window: Window) -> Difference {
+        let mean = |sum: f64, n: u64| (n > 0).then(|| sum / n as f64);
+        let width = window.size[0] as usize;
+        let place = |(value, i): (f64, usize)| Maximum {
+            value,
+            x: window.min[0] + (i % width) as i32,
+            y: window.min[1] + (i / width) as i32,
+        };
+        Difference {
+            name,
+            mean_a: mean(self.a, self.finite_a),
+            mean_b: mean(self.b, self.finite_b),
+            mse: mean(self.squared, self.compared),
+            rel_mse: mean(self.relative, self.compared),
+            maximum: self.maximum.map(place),
+            compared: self.compared,
+            both_undefined: self.both_undefined,
+            undefined_mismatch: self.mismatch,
+        }
+    }
 }

@@ -1,19 +1,26 @@
 //! Pictures as EXR files: saving a frame with everything that made it, and reading it back.
 //!
 //! A file is one part of 32-bit FLOAT channels, ZIP-compressed, the names as by
-//! [`Channel::exr_name`](crate::Channel::exr_name). The data window is the rendered rectangle, the display window the full
+//! [`Channel::exr_name`]. The data window is the rendered rectangle, the display window the full
 //! image. Readable attributes (`strategy`, `seed`, `samplesPerPixel`, `renderTimeSeconds` ...) are for people and for
 //! other programs; the exact state lies in `mislabSettings` and `mislabScene` as JSON that restores every number bit for
 //! bit, and in `mislabView`, a text of the caller's.
 
+mod decode;
+mod encode;
+mod names;
+
 use std::path::Path;
+use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::error::Error;
-use crate::frame::{Frame, FrameStats};
+use crate::frame::{Channel, Frame, FrameStats};
 use crate::progressive::Request;
 use crate::settings::PixelRect;
-use std::sync::Arc;
+
+/// What this program calls itself in files (`software`).
+pub const SOFTWARE: &str = concat!("MIS Lab ", env!("CARGO_PKG_VERSION"));
 
 /// What a caller adds to a saved picture.
 #[derive(Clone, Debug)]
@@ -73,27 +80,41 @@ pub struct Contents {
 impl Contents {
     /// All channels of a frame.
     pub fn from_frame(frame: &Frame) -> Self {
-        let _ = frame;
-        unimplemented!()
+        Self {
+            request: Arc::clone(frame.request()),
+            bounds: frame.bounds(),
+            spp: frame.spp(),
+            stats: frame.stats(),
+            layers: Channel::ALL.map(|c| (c.exr_name().to_owned(), frame.channel(c))).into(),
+        }
     }
 
-    /// The bytes of the file. The same contents and options (with a date) give the same bytes.
+    /// The bytes of the file, and the notice of [`Saved`]. The same contents and options (with a date) give the same bytes.
     ///
     /// # Errors
     /// As [`save`], less the file system.
-    pub fn encode(&self, options: &SaveOptions) -> Result<(Vec<u8>, Option<String>), Error> {
-        let _ = options;
-        unimplemented!()
+    pub fn encode(self, options: &SaveOptions) -> Result<(Vec<u8>, Option<String>), Error> {
+        encode::encode(self, options)
     }
 
     /// As [`save`].
     ///
     /// # Errors
     /// As [`save`].
-    pub fn save(&self, path: &Path, options: &SaveOptions) -> Result<Saved, Error> {
-        let _ = (path, options);
-        unimplemented!()
+    pub fn save(self, path: &Path, options: &SaveOptions) -> Result<Saved, Error> {
+        let (bytes, notice) = self.encode(options)?;
+        write_file(path, &bytes)?;
+        Ok(Saved { bytes: bytes.len() as u64, notice })
     }
+}
+
+/// Replaces the file at `path` by `bytes`: written beside it, synced, then renamed, so that the file is complete or the
+/// old one is untouched. Pipes and devices are written to directly.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    encode::write_file(path, bytes)
 }
 
 /// A rectangle of an EXR file: position of the top left pixel and size.
@@ -103,6 +124,12 @@ pub struct Window {
     pub min: [i32; 2],
     /// Width and height in pixels.
     pub size: [u32; 2],
+}
+
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} x {} at ({} {})", self.size[0], self.size[1], self.min[0], self.min[1])
+    }
 }
 
 /// The pixels of an EXR file, of this program or another.
@@ -138,8 +165,7 @@ impl Image {
 /// [`Error::Io`] if it cannot be read, [`Error::File`] if it is not such a file, is damaged, or would take more than
 /// [`MAX_IMAGE_BYTES`].
 pub fn load_image(path: &Path) -> Result<Image, Error> {
-    let _ = path;
-    unimplemented!()
+    decode::load_image(path)
 }
 
 /// Most bytes of pixels that [`load_image`] takes: the largest picture of this program.
@@ -173,8 +199,7 @@ impl Restored {
 /// [`Error::Io`] if it cannot be read, [`Error::File`] if it is no EXR file, was written by another program or a newer
 /// version, holds no scene (too large when saved) or settings that are out of range.
 pub fn restore(path: &Path) -> Result<Restored, Error> {
-    let _ = path;
-    unimplemented!()
+    decode::restore(path)
 }
 
 /// What an EXR file says about itself.
@@ -191,6 +216,5 @@ pub struct Info {
 /// # Errors
 /// [`Error::Io`] if it cannot be read, [`Error::File`] if it is no such file.
 pub fn info(path: &Path) -> Result<Info, Error> {
-    let _ = path;
-    unimplemented!()
+    decode::info(path)
 }
