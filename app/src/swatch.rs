@@ -8,7 +8,7 @@ use eframe::egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
 use mislab_renderer::{Channel, Frame};
 
 use crate::picking::{Projector, Target};
-use crate::tone::display_colour;
+use crate::tone::tone_map;
 use crate::view_state::{ToneMap, ViewState};
 
 /// Texels of a swatch.
@@ -81,7 +81,8 @@ fn cut(frame: &Frame, view: &ViewState, [min, max]: [[f32; 2]; 2]) -> ColorImage
             let px = clamp(min[0] + u * (max[0] - min[0]), 0);
             let py = clamp(min[1] + v * (max[1] - min[1]), 1);
             let rgb = [Channel::R, Channel::G, Channel::B].map(|c| frame.pixel(px, py, c).unwrap_or(0.0));
-            let [r, g, b] = display_colour(view, rgb);
+            let gain = view.exposure_ev.exp2();
+            let [r, g, b] = rgb.map(|v| (tone_map(view.tone_map, v * gain + view.offset) * 255.0 + 0.5) as u8);
             image.pixels[y * SIZE[0] + x] = Color32::from_rgb(r, g, b);
         }
     }

@@ -2,6 +2,7 @@
 pub mod error;
 pub mod frame;
 pub mod metrics;
+pub mod pbrt;
 pub mod progressive;
 pub mod scene;
 pub mod settings;

@@ -1,0 +1,193 @@
+//! The directives before `WorldBegin`: image, sampler, integrator and camera.
+
+use std::num::NonZeroU32;
+
+use glam::DMat4;
+
+use super::log::{Log, Pos, shown};
+use super::params::{At, Params};
+use crate::error::Error;
+use crate::scene::Camera;
+use crate::settings::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Settings, Strategy};
+
+/// Film as the file has it.
+pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, log: &mut Log) -> Result<String, Error> {
+    if kind != "image" {
+        log.warn(at, format!("Film {} is read as \"image\"", shown(kind)));
+    }
+    let filename = params.text("filename", log)?.map_or_else(|| "pbrt.exr".to_owned(), |f| f.value);
+    s.resolution = [
+        params.integer("xresolution", 1, log)?.map_or(1280, |v| v.value),
+        params.integer("yresolution", 1, log)?.map_or(720, |v| v.value),
+    ];
+    s.crop = [0.0, 1.0, 0.0, 1.0];
+    let crop = params.floats::<4>("cropwindow", log)?;
+    if let Some(At { value: [xa, xb, ya, yb], .. }) = crop {
+        // pbrt sorts and clamps.
+        let unit = |v: f64| v.clamp(0.0, 1.0) as f32;
+        s.crop = [unit(xa.min(xb)), unit(xa.max(xb)), unit(ya.min(yb)), unit(ya.max(yb))];
+    }
+    let place = crop.map(|c| c.at).or(params.position("xresolution")).unwrap_or(at);
+    check(s, place, log)?;
+    params.finish(log);
+    Ok(filename)
+}
+
+/// Sampler, and with it the samples per pixel.
+pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings, log: &mut Log) -> Result<(), Error> {
+    if kind == "stratified" {
+        let strata = [
+            params.integer("xsamples", 1, log)?.map_or(4, |v| v.value),
+            params.integer("ysamples", 1, log)?.map_or(4, |v| v.value),
+        ];
+        let jitter = params.boolean("jitter", log)?.unwrap_or(true);
+        s.sampler = SamplerSettings { kind: SamplerKind::Stratified, strata, jitter };
+        check(s, params.position("xsamples").unwrap_or(at), log)?;
+        s.spp = NonZeroU32::new(strata[0] * strata[1]);
+        params.finish(log);
+        return Ok(());
+    }
+    let (sampler, default_spp) = match kind {
+        "random" => (SamplerKind::Independent, 4),
+        "sobol" => (SamplerKind::Sobol, 16),
+        "halton" | "02sequence" | "lowdiscrepancy" | "maxmindist" => {
+            log.warn(at, format!("Sampler {}: Owen-scrambled Sobol points are used instead", shown(kind)));
+            (SamplerKind::Sobol, 16)
+        }
+        _ => {
+            let message =
+                format!("Sampler {}, expected stratified, random or sobol; independent samples are used", shown(kind));
+            log.warn(at, message);
+            (SamplerKind::Independent, 16)
+        }
+    };
+    let spp = params.integer("pixelsamples", 1, log)?.map_or(default_spp, |v| v.value);
+    // The strata count only if the user switches to the stratified sampler.
+    s.sampler = SamplerSettings { kind: sampler, strata: SamplerSettings::strata_for(spp), jitter: true };
+    s.spp = NonZeroU32::new(spp);
+    params.finish(log);
+    check(s, at, log)
+}
+
+/// The strategy and its parameters.
+pub(super) fn integrator(
+    kind: &str,
+    mut params: Params,
+    at: Pos,
+    s: &mut Settings,
+    log: &mut Log,
+) -> Result<(), Error> {
+    let defaults = Settings::default();
+    s.strategy = defaults.strategy;
+    s.light_prob = defaults.light_prob;
+    s.heuristic = defaults.heuristic;
+    s.weights = defaults.weights;
+    if kind != "veachMIS" {
+        let message = format!(
+            "integrator {} is not supported, expected veachMIS; strategy {} is used",
+            shown(kind),
+            s.strategy.name()
+        );
+        log.warn(at, message);
+        params.forget();
+        return Ok(());
+    }
+    // The tutorial uses both spellings.
+    let names = Strategy::ALL.map(Strategy::name);
+    let new = params.choice("MISstrategy", Strategy::from_name, &names, log)?;
+    let old = params.choice("sample_method", Strategy::from_name, &names, log)?;
+    if let (Some(new), Some(old)) = (&new, &old)
+        && new.value != old.value
+    {
+        log.warn(old.at, format!("sample_method differs from MISstrategy; {} is used", new.value.name()));
+    }
+    if let Some(strategy) = new.or(old) {
+        s.strategy = strategy.value;
+    }
+    if let Some(At { value, at }) = params.float("lightprob", log)? {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(log.error(at, format!("lightprob {value}, expected a number in [0, 1]")));
+        }
+        s.light_prob = value as f32;
+    }
+    let names = Heuristic::ALL.map(Heuristic::name);
+    if let Some(h) = params.choice("heuristic", Heuristic::from_name, &names, log)? {
+        s.heuristic = h.value;
+    }
+    let names = OneSampleWeights::ALL.map(OneSampleWeights::name);
+    if let Some(w) = params.choice("weights", OneSampleWeights::from_name, &names, log)? {
+        s.weights = w.value;
+    }
+    params.finish(log);
+    check(s, at, log)
+}
+
+/// The filter is a box of one pixel; anything else is said to be so.
+pub(super) fn pixel_filter(kind: &str, mut params: Params, at: Pos, log: &mut Log) -> Result<(), Error> {
+    if kind != "box" {
+        log.warn(at, format!("PixelFilter {}: a box of one pixel is used instead", shown(kind)));
+        params.forget();
+        return Ok(());
+    }
+    for name in ["xwidth", "ywidth"] {
+        if let Some(width) = params.float(name, log)?
+            && width.value != 0.5
+        {
+            log.warn(width.at, format!("{name} {}: a box of one pixel (0.5 to either side) is used", width.value));
+        }
+    }
+    params.finish(log);
+    Ok(())
+}
+
+/// The camera, seen from the inverse of the current matrix. The screen window of a
+/// `frameaspectratio` replaces the one that the image's own shape would give.
+pub(super) fn camera(
+    kind: &str,
+    mut params: Params,
+    at: Pos,
+    world_from_camera: DMat4,
+    log: &mut Log,
+) -> Result<Camera, Error> {
+    if kind != "perspective" {
+        log.warn(at, format!("Camera {} is read as \"perspective\"", shown(kind)));
+    }
+    let mut fov_deg = 90.0;
+    let fov = params.float("fov", log)?;
+    let half = params.float("halffov", log)?.filter(|h| h.value > 0.0).map(|h| At { value: 2.0 * h.value, at: h.at });
+    if let Some(At { value, at }) = half.or(fov) {
+        if !(value > 0.0 && value < 180.0) {
+            return Err(
+                log.error(at, format!("field of view of {value} degrees, expected more than 0 and less than 180"))
+            );
+        }
+        fov_deg = value;
+    }
+    let mut screen_window = None;
+    if let Some(At { value: ratio, at }) = params.float("frameaspectratio", log)? {
+        if ratio <= 0.0 {
+            return Err(log.error(at, format!("frameaspectratio {ratio}, expected a number above 0")));
+        }
+        screen_window =
+            Some(if ratio > 1.0 { [-ratio, ratio, -1.0, 1.0] } else { [-1.0, 1.0, -1.0 / ratio, 1.0 / ratio] });
+    }
+    if let Some(At { value: window, at }) = params.floats::<4>("screenwindow", log)? {
+        let [left, right, bottom, top] = window;
+        if left == right || bottom == top {
+            return Err(log.error(at, "empty screenwindow, expected left, right, bottom and top of a rectangle"));
+        }
+        screen_window = Some(window);
+    }
+    if let Some(lens) = params.float("lensradius", log)?
+        && lens.value != 0.0
+    {
+        log.warn(lens.at, format!("lensradius {}: a pinhole camera is used, everything is in focus", lens.value));
+    }
+    params.finish(log);
+    Ok(Camera { world_from_camera, fov_deg, screen_window })
+}
+
+/// Settings were valid before this directive, so what is wrong with them now stands here.
+fn check(settings: &Settings, at: Pos, log: &Log) -> Result<(), Error> {
+    settings.check().map_err(|message| log.error(at, message))
+}

@@ -1,0 +1,187 @@
+//! Materials: pbrt's parameters and defaults to [`Bsdf`], names, and which of them are used.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::Vec3;
+
+use super::log::{Log, Pos, shown};
+use super::params::{At, Params};
+use crate::error::Error;
+use crate::scene::{Bsdf, Material, Reflectance};
+
+/// What pbrt uses where no material is given.
+const DEFAULT_MATTE: Bsdf = Bsdf::Matte { kd: Vec3::splat(0.5) };
+
+/// The metal of pbrt-v3 by default: copper, its measured spectra as linear Rec. 709.
+const COPPER_ETA: Vec3 = Vec3::new(0.200_438, 0.924_033, 1.102_212);
+const COPPER_K: Vec3 = Vec3::new(3.912_949, 2.452_848, 2.142_188);
+
+struct Definition {
+    name: Option<String>,
+    bsdf: Bsdf,
+    used: bool,
+}
+
+/// All materials defined so far.
+#[derive(Default)]
+pub(super) struct Materials {
+    definitions: Vec<Definition>,
+    by_name: HashMap<String, usize>,
+    last_unnamed: Option<usize>,
+}
+
+impl Materials {
+    /// `Material`: the index of its definition. The same again right after itself is one definition.
+    pub fn define_unnamed(&mut self, bsdf: Bsdf) -> usize {
+        if let Some(last) = self.last_unnamed
+            && self.definitions[last].bsdf == bsdf
+        {
+            return last;
+        }
+        self.definitions.push(Definition { name: None, bsdf, used: false });
+        let index = self.definitions.len() - 1;
+        self.last_unnamed = Some(index);
+        index
+    }
+
+    /// `MakeNamedMaterial`: from here on the name means this.
+    pub fn define_named(&mut self, name: String, bsdf: Bsdf, at: Pos, log: &mut Log) {
+        let index = self.definitions.len();
+        self.definitions.push(Definition { name: Some(name.clone()), bsdf, used: false });
+        if self.by_name.insert(name.clone(), index).is_some() {
+            log.warn(at, format!("material {} is defined again; from here on this one counts", shown(&name)));
+        }
+    }
+
+    /// `NamedMaterial`: the index of the definition, or an error that lists the names there are.
+    pub fn find(&self, name: &str, at: Pos, log: &Log) -> Result<usize, Error> {
+        self.by_name.get(name).copied().ok_or_else(|| {
+            let mut names: Vec<&str> = self.definitions.iter().filter_map(|d| d.name.as_deref()).take(8).collect();
+            names.dedup();
+            let expected = if names.is_empty() {
+                "but no MakeNamedMaterial comes before it".to_owned()
+            } else {
+                format!("expected one defined before it: {}", names.join(", "))
+            };
+            log.error(at, format!("NamedMaterial {}, {expected}", shown(name)))
+        })
+    }
+
+    /// Marks what the surface of a shape is made of. `current` is what the graphics state names.
+    pub fn use_for_shape(&mut self, current: Option<usize>) -> usize {
+        let index = current.unwrap_or_else(|| self.define_unnamed(DEFAULT_MATTE));
+        self.definitions[index].used = true;
+        index
+    }
+
+    /// As [`Self::use_for_shape`] for the surface of a light, which is black unless the file says otherwise.
+    pub fn use_for_light(&mut self, current: Option<usize>) -> Option<usize> {
+        let index = current.filter(|&i| self.definitions[i].bsdf != Bsdf::Matte { kd: Vec3::ZERO })?;
+        Some(self.use_for_shape(Some(index)))
+    }
+
+    /// The materials in use, in the order of their definitions and with unique names, and the new
+    /// index of each definition.
+    pub fn finish(self) -> (Vec<Material>, Vec<Option<usize>>) {
+        let mut taken: HashSet<String> = self.definitions.iter().filter_map(|d| d.name.clone()).collect();
+        let mut seen = HashSet::new();
+        let mut unique = |base: &str, first: usize| {
+            (first..).map(|n| format!("{base}{n}")).find(|name| taken.insert(name.clone())).unwrap_or_default()
+        };
+        let mut materials = Vec::new();
+        let mut unnamed = 0;
+        let index = self
+            .definitions
+            .into_iter()
+            .map(|d| {
+                if !d.used {
+                    return None;
+                }
+                let name = match d.name {
+                    Some(name) if seen.insert(name.clone()) => name,
+                    Some(name) => unique(&format!("{name}_"), 2),
+                    None => {
+                        unnamed += 1;
+                        unique("material", unnamed)
+                    }
+                };
+                materials.push(Material { name, bsdf: d.bsdf });
+                Some(materials.len() - 1)
+            })
+            .collect();
+        (materials, index)
+    }
+}
+
+/// The scattering of a material of the given pbrt type.
+pub(super) fn read_bsdf(kind: &str, mut params: Params, at: Pos, log: &mut Log) -> Result<Bsdf, Error> {
+    let bsdf = match kind {
+        "matte" => {
+            if let Some(sigma) = params.float("sigma", log)?
+                && sigma.value != 0.0
+            {
+                log.warn(sigma.at, format!("matte: sigma {} is not used, the surface is Lambertian", sigma.value));
+            }
+            Bsdf::Matte { kd: params.reflectance("Kd", Vec3::splat(0.5), log)? }
+        }
+        "mirror" => Bsdf::Conductor {
+            reflectance: Reflectance::Constant(params.reflectance("Kr", Vec3::splat(0.9), log)?),
+            alpha: 0.0,
+        },
+        "metal" => {
+            let eta = params.rgb("eta", log)?.map_or(COPPER_ETA, |v| v.value);
+            let k = params.rgb("k", log)?.map_or(COPPER_K, |v| v.value);
+            Bsdf::Conductor {
+                reflectance: Reflectance::Fresnel { eta, k },
+                alpha: read_alpha(&mut params, 0.01, at, log)?,
+            }
+        }
+        "plastic" => Bsdf::Plastic {
+            kd: params.reflectance("Kd", Vec3::splat(0.25), log)?,
+            ks: params.reflectance("Ks", Vec3::splat(0.25), log)?,
+            alpha: read_alpha(&mut params, 0.1, at, log)?,
+        },
+        _ => {
+            let message = format!(
+                "material {} is not supported, expected matte, mirror, metal or plastic; matte 0.5 is used",
+                shown(kind)
+            );
+            log.warn_once(&format!("material {kind}"), at, message);
+            params.forget();
+            return Ok(DEFAULT_MATTE);
+        }
+    };
+    params.finish(log);
+    Ok(bsdf)
+}
+
+/// The GGX width from `roughness`, `uroughness`, `vroughness` and `remaproughness`.
+fn read_alpha(params: &mut Params, default: f64, at: Pos, log: &mut Log) -> Result<f32, Error> {
+    let remap = params.boolean("remaproughness", log)?.unwrap_or(true);
+    let mut value = |name, default| -> Result<f64, Error> {
+        let Some(At { value, at }) = params.float(name, log)? else { return Ok(default) };
+        if value < 0.0 {
+            return Err(log.error(at, format!("{name} {value}, expected a number of at least 0")));
+        }
+        Ok(value)
+    };
+    let roughness = value("roughness", default)?;
+    let (u, v) = (value("uroughness", roughness)?, value("vroughness", roughness)?);
+    let alpha = |roughness: f64| if remap { alpha_from_roughness(roughness) } else { roughness };
+    let mut width = alpha(u);
+    if u != v {
+        width = (alpha(u) * alpha(v)).sqrt();
+        log.warn(at, format!("roughness {u} along u and {v} along v: the same alpha {width:.4} is used for both"));
+    }
+    if width > 1.0 {
+        log.warn(at, format!("roughness gives alpha {width:.4}, cut to 1"));
+    }
+    Ok(width.min(1.0) as f32)
+}
+
+/// pbrt-v3's mapping of roughness to the GGX width (`TrowbridgeReitzDistribution::RoughnessToAlpha`,
+/// a polynomial in the logarithm). It never falls below about 0.047.
+fn alpha_from_roughness(roughness: f64) -> f64 {
+    let x = roughness.max(1e-3).ln();
+    1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
+}

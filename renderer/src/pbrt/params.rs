@@ -1,0 +1,328 @@
+//! The parameter list of a directive: `"type name" values` pairs, looked up by name and type.
+
+use glam::{DVec3, Vec3};
+
+use super::log::{Log, Pos, shown, suggestion};
+use super::parser::{Directive, Item, Values};
+use crate::error::Error;
+
+struct Param {
+    kind: String,
+    name: String,
+    at: Pos,
+    values: Values,
+    values_at: Pos,
+    used: bool,
+}
+
+/// Most parameters of one directive.
+const MAX_PARAMS: usize = 256;
+
+/// The parameters of one directive. A lookup of an absent parameter is `None`; one that is there
+/// with the wrong type, count or value is an error. What was never looked up is warned about at the end.
+pub(super) struct Params {
+    /// Whose parameters, for messages: `Film "image"`.
+    owner: String,
+    list: Vec<Param>,
+    asked: Vec<&'static str>,
+}
+
+/// A value and where it stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct At<T> {
+    pub value: T,
+    pub at: Pos,
+}
+
+impl Params {
+    /// Pairs declarations with values. `items` are those after the name(s) of the directive.
+    pub fn new(owner: String, items: Vec<Item>, log: &Log) -> Result<Self, Error> {
+        let mut list: Vec<Param> = Vec::new();
+        let mut items = items.into_iter();
+        while let Some(declaration) = items.next() {
+            let at = declaration.at;
+            let text = match &declaration.values {
+                Values::Texts(texts) if texts.len() == 1 => &texts[0].0,
+                _ => {
+                    let message = format!("{owner}: values without a parameter, expected \"type name\" before them");
+                    return Err(log.error(at, message));
+                }
+            };
+            let words: Vec<&str> = text.split_whitespace().collect();
+            let [kind, name] = words[..] else {
+                let message = format!("{owner}: found {}, expected a parameter as \"type name\"", shown(text));
+                return Err(log.error(at, message));
+            };
+            let Some(Item { values, at: values_at }) = items.next() else {
+                return Err(log.error(at, format!("{owner}: parameter {} has no value", shown(text))));
+            };
+            if list.len() >= MAX_PARAMS {
+                return Err(log.error(at, format!("{owner}: expected at most {MAX_PARAMS} parameters")));
+            }
+            // As in pbrt, of two equal parameters the last counts.
+            list.retain(|p| p.name != name);
+            list.push(Param { kind: kind.to_owned(), name: name.to_owned(), at, values, values_at, used: false });
+        }
+        Ok(Self { owner, list, asked: Vec::new() })
+    }
+
+    /// Where the parameter is declared, if it is there.
+    pub fn position(&self, name: &str) -> Option<Pos> {
+        self.list.iter().find(|p| p.name == name).map(|p| p.at)
+    }
+
+    /// Marks every parameter as known, when the directive as a whole has been warned about.
+    pub fn forget(mut self) {
+        self.list.clear();
+    }
+
+    /// Warns about each parameter that nothing asked for, once per kind of directive.
+    pub fn finish(self, log: &mut Log) {
+        for p in self.list.iter().filter(|p| !p.used) {
+            let guess = suggestion(&p.name, &self.asked);
+            let message = format!("{}: parameter {} is not used{guess}", self.owner, shown(&p.name));
+            log.warn_once(&format!("unused {} {}", self.owner, p.name), p.at, message);
+        }
+    }
+
+    fn find(&mut self, name: &'static str, kinds: &[&str], log: &Log) -> Result<Option<&Param>, Error> {
+        self.asked.push(name);
+        let Some(p) = self.list.iter_mut().find(|p| p.name == name) else { return Ok(None) };
+        p.used = true;
+        if !kinds.contains(&p.kind.as_str()) {
+            let declared = shown(&format!("{} {}", p.kind, p.name));
+            return Err(log.error(p.at, format!("{}: found {declared}, expected \"{} {name}\"", self.owner, kinds[0])));
+        }
+        Ok(Some(p))
+    }
+
+    /// As [`Self::find`], but a texture or a spectrum, which exist in pbrt and not here, is warned about and absent.
+    fn find_plain(&mut self, name: &'static str, kinds: &[&str], log: &mut Log) -> Result<Option<&Param>, Error> {
+        if let Some(p) = self.list.iter_mut().find(|p| p.name == name)
+            && matches!(p.kind.as_str(), "texture" | "spectrum" | "blackbody")
+        {
+            p.used = true;
+            let message =
+                format!("{}: \"{} {name}\" is not supported, the default value is used instead", self.owner, p.kind);
+            log.warn(p.at, message);
+            return Ok(None);
+        }
+        self.find(name, kinds, log)
+    }
+
+    fn numbers<'p>(p: &'p Param, owner: &str, log: &Log) -> Result<(&'p [f64], &'p [u32]), Error> {
+        match &p.values {
+            Values::Numbers(values, offsets) => Ok((values, offsets)),
+            Values::Empty => Ok((&[], &[])),
+            Values::Texts(texts) => {
+                let found = texts.first().map_or("", |t| t.0.as_str());
+                let message = format!("{owner}: \"{}\" has value {}, expected a number", p.name, shown(found));
+                Err(log.error(p.values_at, message))
+            }
+        }
+    }
+
+    fn count_error(owner: &str, p: &Param, found: usize, expected: usize, log: &Log) -> Error {
+        let found = if found == 1 { "1 value".to_owned() } else { format!("{found} values") };
+        log.error(p.values_at, format!("{owner}: \"{}\" has {found}, expected {expected}", p.name))
+    }
+
+    fn exactly<const N: usize>(p: &Param, owner: &str, log: &Log) -> Result<[f64; N], Error> {
+        let (values, _) = Self::numbers(p, owner, log)?;
+        values.try_into().map_err(|_| Self::count_error(owner, p, values.len(), N, log))
+    }
+
+    /// `"float name"`.
+    pub fn float(&mut self, name: &'static str, log: &mut Log) -> Result<Option<At<f64>>, Error> {
+        Ok(self.floats::<1>(name, log)?.map(|f| At { value: f.value[0], at: f.at }))
+    }
+
+    /// `"float name"` with exactly `N` values.
+    pub fn floats<const N: usize>(&mut self, name: &'static str, log: &mut Log) -> Result<Option<At<[f64; N]>>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find_plain(name, &["float"], log)? else { return Ok(None) };
+        Ok(Some(At { value: Self::exactly::<N>(p, &owner, log)?, at: p.values_at }))
+    }
+
+    /// `"integer name"` of at least `min`.
+    pub fn integer(&mut self, name: &'static str, min: u32, log: &Log) -> Result<Option<At<u32>>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find(name, &["integer"], log)? else { return Ok(None) };
+        let [v] = Self::exactly::<1>(p, &owner, log)?;
+        if v.fract() != 0.0 || v < f64::from(min) || v > f64::from(i32::MAX) {
+            let message = format!("{owner}: \"{name}\" is {v}, expected a whole number of at least {min}");
+            return Err(log.error(p.values_at, message));
+        }
+        Ok(Some(At { value: v as u32, at: p.values_at }))
+    }
+
+    /// `"integer name"`: a list of indices below `limit`, three each.
+    pub fn triangles(&mut self, name: &'static str, limit: usize, log: &Log) -> Result<Option<Vec<[u32; 3]>>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find(name, &["integer"], log)? else { return Ok(None) };
+        let (values, offsets) = Self::numbers(p, &owner, log)?;
+        if !values.len().is_multiple_of(3) {
+            let message = format!("{owner}: {} values of \"{name}\", expected three for each triangle", values.len());
+            return Err(log.error(p.values_at, message));
+        }
+        for (&v, &offset) in values.iter().zip(offsets) {
+            if v.fract() != 0.0 || v < 0.0 || v >= limit as f64 {
+                let at = Pos { offset, ..p.values_at };
+                let message = format!("{owner}: index {v}, expected one of the {limit} vertices, counted from 0");
+                return Err(log.error(at, message));
+            }
+        }
+        Ok(Some(values.chunks_exact(3).map(|c| [c[0] as u32, c[1] as u32, c[2] as u32]).collect()))
+    }
+
+    /// `"point name"`: a list of points.
+    pub fn points(&mut self, name: &'static str, log: &Log) -> Result<Option<Vec<DVec3>>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find(name, &["point", "point3"], log)? else { return Ok(None) };
+        let (values, _) = Self::numbers(p, &owner, log)?;
+        if !values.len().is_multiple_of(3) {
+            let message = format!("{owner}: {} values of \"{name}\", expected three for each point", values.len());
+            return Err(log.error(p.values_at, message));
+        }
+        Ok(Some(values.chunks_exact(3).map(DVec3::from_slice).collect()))
+    }
+
+    /// `"string name"`.
+    pub fn text(&mut self, name: &'static str, log: &Log) -> Result<Option<At<String>>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find(name, &["string"], log)? else { return Ok(None) };
+        match &p.values {
+            Values::Texts(texts) if texts.len() == 1 => Ok(Some(At { value: texts[0].0.clone(), at: p.values_at })),
+            Values::Texts(texts) => Err(Self::count_error(&owner, p, texts.len(), 1, log)),
+            Values::Empty => Err(Self::count_error(&owner, p, 0, 1, log)),
+            Values::Numbers(values, _) => {
+                let message = format!("{owner}: \"{name}\" has value {}, expected a text in quotes", values[0]);
+                Err(log.error(p.values_at, message))
+            }
+        }
+    }
+
+    /// `"string name"` with one of the values that `from_name` knows; `expected` lists them.
+    pub fn choice<T>(
+        &mut self,
+        name: &'static str,
+        from_name: fn(&str) -> Option<T>,
+        expected: &[&str],
+        log: &Log,
+    ) -> Result<Option<At<T>>, Error> {
+        let owner = self.owner.clone();
+        let Some(At { value: text, at }) = self.text(name, log)? else { return Ok(None) };
+        match from_name(text.trim()) {
+            Some(value) => Ok(Some(At { value, at })),
+            None => {
+                let list = expected.join(", ");
+                let message = format!("{owner}: \"{name}\" is {}, expected one of {list}", shown(&text));
+                Err(log.error(at, message))
+            }
+        }
+    }
+
+    /// `"bool name"`.
+    pub fn boolean(&mut self, name: &'static str, log: &Log) -> Result<Option<bool>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find(name, &["bool"], log)? else { return Ok(None) };
+        let found = match &p.values {
+            Values::Texts(texts) if texts.len() == 1 => match texts[0].0.trim() {
+                "true" => return Ok(Some(true)),
+                "false" => return Ok(Some(false)),
+                other => shown(other),
+            },
+            Values::Texts(texts) => return Err(Self::count_error(&owner, p, texts.len(), 1, log)),
+            Values::Empty => return Err(Self::count_error(&owner, p, 0, 1, log)),
+            Values::Numbers(values, _) => values[0].to_string(),
+        };
+        Err(log.error(p.values_at, format!("{owner}: \"{name}\" is {found}, expected \"true\" or \"false\"")))
+    }
+
+    /// `"rgb name"` or one of its other spellings, not negative.
+    pub fn rgb(&mut self, name: &'static str, log: &mut Log) -> Result<Option<At<Vec3>>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find_plain(name, &["rgb", "color", "xyz"], log)? else { return Ok(None) };
+        let mut value = DVec3::from_array(Self::exactly::<3>(p, &owner, log)?);
+        if p.kind == "xyz" {
+            value = rgb_from_xyz(value);
+        }
+        let at = p.values_at;
+        let rgb = value.as_vec3();
+        if rgb.min_element() < 0.0 {
+            let message = format!("{owner}: \"{name}\" is {} {} {}, expected no negative value", rgb.x, rgb.y, rgb.z);
+            return Err(log.error(at, message));
+        }
+        if !rgb.is_finite() {
+            return Err(log.error(at, format!("{owner}: \"{name}\" is too large")));
+        }
+        Ok(Some(At { value: rgb, at }))
+    }
+
+    /// [`Self::rgb`] for a reflectance: what lies above 1 would create energy and is cut with a warning.
+    pub fn reflectance(&mut self, name: &'static str, default: Vec3, log: &mut Log) -> Result<Vec3, Error> {
+        let Some(At { value, at }) = self.rgb(name, log)? else { return Ok(default) };
+        if value.max_element() > 1.0 {
+            let message = format!("{}: \"{name}\" is {} {} {}, cut to 1", self.owner, value.x, value.y, value.z);
+            log.warn(at, message);
+        }
+        Ok(value.min(Vec3::ONE))
+    }
+}
+
+/// CIE XYZ to linear Rec. 709 (the matrix of pbrt-v3's `XYZToRGB`).
+fn rgb_from_xyz(xyz: DVec3) -> DVec3 {
+    DVec3::new(
+        DVec3::new(3.240479, -1.537150, -0.498535).dot(xyz),
+        DVec3::new(-0.969256, 1.875991, 0.041556).dot(xyz),
+        DVec3::new(0.055648, -0.204043, 1.057311).dot(xyz),
+    )
+}
+
+/// Splits a directive such as `Film "image" ...` into its type and parameters.
+pub(super) fn named(directive: Directive, log: &Log) -> Result<(String, Params), Error> {
+    let Directive { name, at, items, .. } = directive;
+    let mut items = items.into_iter();
+    let kind = match items.next().map(|i| i.values) {
+        Some(Values::Texts(mut texts)) if texts.len() == 1 => texts.swap_remove(0).0,
+        _ => return Err(log.error(at, format!("{name} without a type or name, expected a text in quotes after it"))),
+    };
+    let owner = format!("{name} {}", shown(&kind));
+    let params = Params::new(owner, items.collect(), log)?;
+    Ok((kind, params))
+}
+
+/// The one name of a directive such as `NamedMaterial "plate1"`.
+pub(super) fn single_name(directive: &Directive, log: &Log) -> Result<String, Error> {
+    match directive.items.as_slice() {
+        [Item { values: Values::Texts(texts), .. }] if texts.len() == 1 => Ok(texts[0].0.clone()),
+        _ => Err(log.error(directive.at, format!("expected {} and one name in quotes", directive.name))),
+    }
+}
+
+/// The `N` numbers of a directive such as `Translate`.
+pub(super) fn numbers<const N: usize>(directive: &Directive, log: &Log) -> Result<[f64; N], Error> {
+    let mut all = Vec::with_capacity(N);
+    for item in &directive.items {
+        match &item.values {
+            Values::Numbers(values, _) => all.extend_from_slice(values),
+            Values::Empty => {}
+            Values::Texts(texts) => {
+                let found = texts.first().map_or("", |t| t.0.as_str());
+                let message = format!("{}: found {}, expected {N} numbers", directive.name, shown(found));
+                return Err(log.error(item.at, message));
+            }
+        }
+    }
+    let found = all.len();
+    all.try_into()
+        .map_err(|_| log.error(directive.at, format!("{} with {found} numbers, expected {N}", directive.name)))
+}
+
+/// Nothing may follow a directive such as `AttributeBegin`.
+pub(super) fn nothing(directive: &Directive, log: &Log) -> Result<(), Error> {
+    match directive.items.first() {
+        None => Ok(()),
+        Some(item) => Err(log.error(item.at, format!("found values after {}, expected none", directive.name))),
+    }
+}

@@ -1,0 +1,52 @@
+//! pbrt's transformations. Vectors are columns: a directive multiplies the current matrix from the right.
+
+use glam::{DMat3, DMat4, DVec3};
+
+/// World to camera, left-handed: in camera space +x points right, +y up and +z from `eye` to `look`.
+/// `None` if the three do not span a frame.
+pub(super) fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Option<DMat4> {
+    let forward = (look - eye).try_normalize()?;
+    let right = up.try_normalize()?.cross(forward).try_normalize()?;
+    let up = forward.cross(right);
+    let world_from_camera = DMat4::from_cols(right.extend(0.0), up.extend(0.0), forward.extend(0.0), eye.extend(1.0));
+    Some(world_from_camera.inverse())
+}
+
+/// Turns by `degrees` about `axis`, counter-clockwise seen from the axis's tip in a right-handed
+/// frame. `None` if the axis has no direction.
+pub(super) fn rotate(degrees: f64, axis: DVec3) -> Option<DMat4> {
+    Some(DMat4::from_axis_angle(axis.try_normalize()?, degrees.to_radians()))
+}
+
+/// True if the matrix mirrors: a right hand becomes a left hand.
+pub(super) fn swaps_handedness(m: &DMat4) -> bool {
+    m.determinant() < 0.0
+}
+
+/// The factor by which the matrix scales all lengths, if it is the same for all directions (to
+/// about 1e-4, so that rotations typed with a few digits pass).
+pub(super) fn uniform_scale(m: &DMat4) -> Option<f64> {
+    let linear = DMat3::from_mat4(*m);
+    let gram = linear.transpose() * linear;
+    let square = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
+    let deviation = gram - DMat3::from_diagonal(DVec3::splat(square));
+    let worst = deviation.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    (worst <= 1e-4 * square).then(|| square.sqrt())
+}
+
+/// Why a matrix cannot be used, if it cannot.
+pub(super) fn flaw(m: &DMat4) -> Option<&'static str> {
+    if !m.is_finite() {
+        return Some("a matrix with numbers that are too large");
+    }
+    let [.., x, y, z, w] = [m.x_axis.w, m.y_axis.w, m.z_axis.w, m.w_axis.w];
+    if [x, y, z, w] != [0.0, 0.0, 0.0, 1.0] {
+        return Some("a projective matrix, expected 0 0 0 1 as its last row (values 4, 8, 12 and 16)");
+    }
+    let determinant = m.determinant();
+    // The inverse must exist as numbers too: the camera and handedness depend on it.
+    if determinant == 0.0 || !m.inverse().is_finite() {
+        return Some("a matrix without an inverse (some scale is 0)");
+    }
+    None
+}
