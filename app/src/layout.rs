@@ -171,7 +171,7 @@ fn errors(app: &mut MisLabApp, ui: &mut Ui, rect: egui::Rect, _out: &mut Vec<Com
     }
     let width = (rect.width() - 6.0 * GRID).min(760.0);
     let at = rect.center_top() + vec2(-0.5 * width, 3.0 * GRID);
-    egui::Area::new(Id::new("errors")).order(egui::Order::Middle).fixed_pos(at).show(ui.ctx(), |ui| {
+    egui::Area::new(Id::unique("errors")).order(egui::Order::Middle).fixed_pos(at).show(ui.ctx(), |ui| {
         ui.set_width(width);
         if let Some(message) = failed {
             let remark = "Undo (Ctrl+Z) brings the last picture back.";

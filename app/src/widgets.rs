@@ -28,7 +28,7 @@ fn cell(ui: &mut Ui, text: &str, template: &str, font: FontId, color: Option<Col
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let color = color.unwrap_or_else(|| ui.visuals().text_color());
     ui.painter().text(align.pos_in_rect(&rect), align, text, font, color);
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Label, true, text));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, text));
     response
 }
 
@@ -66,10 +66,10 @@ pub fn segmented<T: Copy + PartialEq>(
         let rect = Rect::from_min_size(pos2(left, outer.top()), vec2(natural + spare, height));
         left = rect.right();
         let sense = if enabled { Sense::click() } else { Sense::hover() };
-        let response = ui.interact(rect, ui.id().with((name, *label)), sense);
+        let response = ui.interact(rect, ui.scope_id().with((name, *label)), sense);
         let on = *value == current;
         response.widget_info(|| {
-            egui::WidgetInfo::selected(egui::WidgetType::RadioButton, enabled, on, format!("{name}: {label}"))
+            egui::WidgetInfo::selected(egui::Role::RadioButton, enabled, on, format!("{name}: {label}"))
         });
         let visuals = ui.style().interact_selectable(&response, on);
         if on || (enabled && (response.hovered() || response.has_focus())) {

@@ -42,7 +42,7 @@ pub fn caption_ui(
     let text = ui.label(parts.join("  \u{b7}  "));
     text.widget_info(|| {
         let text = format!("Caption: {}, {}", strategy_name(strategy), parts.join(", "));
-        egui::WidgetInfo::labeled(egui::WidgetType::Label, true, text)
+        egui::WidgetInfo::labeled(egui::Role::Label, true, text)
     });
     if updating {
         ui.label(RichText::new("previous settings \u{2026}").italics());
@@ -54,7 +54,7 @@ pub fn caption_ui(
                 let response = ui.label(RichText::new(pixel_text(frame, view, at)).text_style(style));
                 response.widget_info(|| {
                     let text = format!("Pixel: {}", pixel_text(frame, view, at));
-                    egui::WidgetInfo::labeled(egui::WidgetType::Label, true, text)
+                    egui::WidgetInfo::labeled(egui::Role::Label, true, text)
                 });
             }
             None => {

@@ -66,7 +66,7 @@ fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
     let at = egui::pos2(rect.left() + 6.0 * GRID, rect.center().y);
     ui.painter().text(at, egui::Align2::LEFT_CENTER, layer_name(layer), font, ui.visuals().text_color());
     response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::WidgetType::RadioButton, true, on, format!("Layer: {}", layer_name(layer)))
+        egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("Layer: {}", layer_name(layer)))
     });
     response.clicked()
 }

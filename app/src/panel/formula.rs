@@ -30,7 +30,7 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
         top += line;
     }
     let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Label, true, format!("Formula: {spoken}")));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
     ui.add_space(GRID);
 }
 

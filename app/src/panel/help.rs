@@ -10,7 +10,7 @@ use crate::widgets::title;
 pub fn help_ui(ctx: &egui::Context) -> bool {
     let bindings = bindings();
     let columns = [["Strategy", "Rendering", "View"].as_slice(), ["File", "Edit", "Window"].as_slice()];
-    let modal = Modal::new(Id::new("keys")).show(ctx, |ui| {
+    let modal = Modal::new(Id::unique("keys")).show(ctx, |ui| {
         ui.heading("Keys");
         ui.horizontal_top(|ui| {
             for (index, groups) in columns.into_iter().enumerate() {

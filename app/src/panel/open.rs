@@ -20,7 +20,7 @@ pub struct OpenSheet {
 /// The sheet. Returns false when it is done with.
 pub fn open_ui(ctx: &egui::Context, sheet: &mut OpenSheet, recent: &[PathBuf], out: &mut Vec<Command>) -> bool {
     let mut open = true;
-    let modal = Modal::new(Id::new("open sheet")).show(ctx, |ui| {
+    let modal = Modal::new(Id::unique("open sheet")).show(ctx, |ui| {
         ui.set_width(560.0);
         ui.heading("Open a scene or a snapshot");
         if !sheet.remark.is_empty() {

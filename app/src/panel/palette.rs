@@ -16,8 +16,8 @@ pub struct Palette {
 /// The palette. Returns false when it is done with.
 pub fn palette_ui(ctx: &egui::Context, palette: &mut Palette, out: &mut Vec<Command>) -> bool {
     let mut chosen: Option<Command> = None;
-    let area = Modal::default_area(Id::new("palette")).anchor(Align2::CENTER_TOP, vec2(0.0, 80.0));
-    let modal = Modal::new(Id::new("palette")).area(area).show(ctx, |ui| {
+    let area = Modal::default_area(Id::unique("palette")).anchor(Align2::CENTER_TOP, vec2(0.0, 80.0));
+    let modal = Modal::new(Id::unique("palette")).area(area).show(ctx, |ui| {
         ui.set_width(520.0);
         let (down, up, enter) = ui.input_mut(|i| {
             (
@@ -40,7 +40,7 @@ pub fn palette_ui(ctx: &egui::Context, palette: &mut Palette, out: &mut Vec<Comm
                 let on = index == palette.marked;
                 let (rect, response) =
                     ui.allocate_exact_size(vec2(ui.available_width(), 30.0), egui::Sense::click());
-                response.widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::Button, true, on, &action.name));
+                response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, on, &action.name));
                 if on || response.hovered() {
                     let fill =
                         if on { ui.visuals().selection.bg_fill } else { ui.visuals().widgets.hovered.weak_bg_fill };

@@ -17,7 +17,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
     }
     ui.add_space(2.0 * GRID);
     let matters = settings.strategy == Strategy::Mis;
-    let width = match scale {
+    let width: f32 = match scale {
         TypeScale::Desk => 300.0,
         TypeScale::Hall => 460.0,
     };
@@ -55,7 +55,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
 fn strategy_button(ui: &mut Ui, key: usize, strategy: Strategy, on: bool) -> bool {
     let inks = Inks::of(ui.visuals());
     let body = TextStyle::Body.resolve(ui.style()).size;
-    let font = FontId::new(body * 1.12, medium());
+    let font = FontId::unique(body * 1.12, medium());
     let key_font = FontId::proportional(body);
     let name = strategy_name(strategy);
     let painter = ui.painter();
@@ -88,7 +88,7 @@ fn strategy_button(ui: &mut Ui, key: usize, strategy: Strategy, on: bool) -> boo
     let name_at = egui::pos2(rect.left() + 2.2 * body, rect.center().y);
     painter.text(name_at, Align2::LEFT_CENTER, name, font, ink);
     response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::WidgetType::RadioButton, true, on, format!("{key} {name}"))
+        egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("{key} {name}"))
     });
     response.on_hover_text(strategy_description(strategy)).clicked()
 }

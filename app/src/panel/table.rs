@@ -53,7 +53,7 @@ pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>,
     let mut open = panel.open;
     let size = ctx.content_rect().size();
     Window::new("The tutorial's table")
-        .id(Id::new("table window"))
+        .id(Id::unique("table window"))
         .open(&mut open)
         .collapsible(false)
         .default_width(800.0)
