@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::film::{BLOCK, COUNT, LUMINANCE, Tile, WEIGHT};
+use crate::lanes::{Level, PACKET, dispatch};
 use crate::progressive::Request;
 use crate::settings::PixelRect;
 
@@ -114,14 +116,17 @@ impl FrameStats {
     }
 }
 
-/// An immutable snapshot of a picture after a whole number of passes.
+/// An immutable snapshot of a picture after a whole number of passes. It shares its accumulators
+/// with the renderer (which copies before it writes), so that making one costs nothing, and any
+/// layer can be worked out from it, now or later, at full precision.
 #[derive(Debug)]
 pub struct Frame {
-    request: Arc<Request>,
-    generation: u64,
-    spp: u32,
-    bounds: PixelRect,
-    stats: FrameStats,
+    pub(crate) request: Arc<Request>,
+    pub(crate) generation: u64,
+    pub(crate) spp: u32,
+    pub(crate) bounds: PixelRect,
+    pub(crate) stats: FrameStats,
+    pub(crate) tiles: Vec<Arc<Tile>>,
 }
 
 impl Frame {
@@ -152,9 +157,16 @@ impl Frame {
 
     /// Writes one channel: `bounds().area()` values, row by row from the top left. Undefined
     /// values (no sample of the technique carried light; variance of a single sample) are NaN.
+    ///
+    /// # Panics
+    /// If `out` has another length.
     pub fn resolve(&self, channel: Channel, out: &mut [f32]) {
-        let _ = (channel, out);
-        unimplemented!()
+        assert_eq!(out.len(), self.bounds.area(), "one value per pixel of the frame");
+        let level = Level::new();
+        for tile in &self.tiles {
+            // Dispatched so that the plain loops inside are vectorised for this machine.
+            dispatch!(level, _simd => resolve_tile(tile, channel, self.bounds, out));
+        }
     }
 
     /// One channel as by [`Self::resolve`].
@@ -166,7 +178,70 @@ impl Frame {
 
     /// One value at a pixel of the full image; `None` outside [`Self::bounds`].
     pub fn pixel(&self, x: u32, y: u32, channel: Channel) -> Option<f32> {
-        let _ = (x, y, channel);
-        unimplemented!()
+        let inside = |r: &PixelRect| (r.min[0]..r.max[0]).contains(&x) && (r.min[1]..r.max[1]).contains(&y);
+        let tile = self.tiles.iter().find(|tile| inside(&tile.bounds))?;
+        let (block, lane) = tile.locate(x, y);
+        let mut values = [0.0; PACKET];
+        resolve_block(tile, channel, block, &mut values);
+        Some(values[lane])
+    }
+}
+
+#[inline(always)]
+fn resolve_tile(tile: &Tile, channel: Channel, bounds: PixelRect, out: &mut [f32]) {
+    let width = bounds.width() as usize;
+    for block in 0..tile.block_count() {
+        let mut values = [0.0; PACKET];
+        resolve_block(tile, channel, block, &mut values);
+        let [x0, y0] = tile.block_corner(block);
+        let columns = tile.bounds.min[0].max(x0)..tile.bounds.max[0].min(x0 + BLOCK);
+        for row in 0..BLOCK {
+            let y = y0 + row;
+            if y < tile.bounds.min[1] || y >= tile.bounds.max[1] {
+                continue;
+            }
+            let to = (y - bounds.min[1]) as usize * width + (columns.start - bounds.min[0]) as usize;
+            let from = (row * BLOCK + columns.start - x0) as usize;
+            let count = columns.len();
+            out[to..to + count].copy_from_slice(&values[from..from + count]);
+        }
+    }
+}
+
+/// The values of one channel at the sixteen pixels of a block, from the sums of the film.
+#[inline(always)]
+fn resolve_block(tile: &Tile, channel: Channel, block: usize, values: &mut [f32; PACKET]) {
+    let n = tile.samples;
+    let spp = f64::from(n);
+    for (lane, value) in values.iter_mut().enumerate() {
+        let light = |c: usize| if tile.draws[0] { tile.light.get(n, block, c, lane) } else { 0.0 };
+        let bsdf = |c: usize| if tile.draws[1] { tile.bsdf.get(n, block, c, lane) } else { 0.0 };
+        // Emission starts as zeros, so its carries always mean something.
+        let emission = |c: usize| tile.emission.as_ref().map_or(0.0, |e| e.get(2, block, c, lane));
+        let total = |c: usize| light(c) + bsdf(c) + emission(c);
+        let mean_weight = |weight: f64, count: f64| if count > 0.0 { weight / count } else { f64::NAN };
+        let luminance = |of: &dyn Fn(usize) -> f64| (0..3).map(|c| f64::from(LUMINANCE[c]) * of(c)).sum::<f64>();
+        *value = match channel {
+            Channel::R => total(0) / spp,
+            Channel::G => total(1) / spp,
+            Channel::B => total(2) / spp,
+            Channel::LightR => light(0) / spp,
+            Channel::LightG => light(1) / spp,
+            Channel::LightB => light(2) / spp,
+            Channel::BsdfR => bsdf(0) / spp,
+            Channel::BsdfG => bsdf(1) / spp,
+            Channel::BsdfB => bsdf(2) / spp,
+            Channel::WeightLightY => mean_weight(light(WEIGHT), light(COUNT)),
+            Channel::WeightBsdfY => mean_weight(bsdf(WEIGHT), bsdf(COUNT)),
+            Channel::ShareLightY => {
+                let from_light = luminance(&light);
+                from_light / (from_light + luminance(&bsdf))
+            }
+            Channel::VarianceY => {
+                let sum = luminance(&total);
+                let squares = tile.luminance2.get(n, block, 0, lane);
+                ((squares - sum * sum / spp).max(0.0)) / (spp - 1.0)
+            }
+        } as f32;
     }
 }

@@ -1,12 +1,36 @@
 //! The progressive renderer: worker threads that turn requests into a stream of frames.
+//!
+//! A picture's request goes through a one-slot mailbox: the latest wins. Submitting bumps the
+//! picture's generation, and that is also how work is cancelled: workers hold a tile for about
+//! 2 ms and drop whatever belongs to an older generation. A pass adds the same number of samples to every
+//! tile and is published whole or not at all, so that spp is uniform over a frame.
+//!
+//! Workers and windows share one lock, held for moments only: to claim a tile, to hand it back, to
+//! submit. Tiles are rendered, scenes built and frames looked at without it.
 
-use std::sync::Arc;
-use std::time::Duration;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
+use arc_swap::ArcSwapOption;
+use thread_priority::ThreadPriority;
+
+use crate::build::BuiltScene;
 use crate::error::Error;
-use crate::frame::Frame;
+use crate::film::Tile;
+use crate::frame::{Frame, FrameStats};
+use crate::kernel::{Lanewise, render_tile};
 use crate::scene::Scene;
-use crate::settings::Settings;
+use crate::settings::{PixelRect, Settings};
+
+/// Longest time a worker holds a tile, in seconds: bounds the wait for a cancelled pass.
+const SLICE: f64 = 2e-3;
+/// Shortest time between two frames of a picture but its first, in seconds.
+const FRAME_INTERVAL: f64 = 1.0 / 60.0;
+/// Panics of one generation after which it is given up.
+const MAX_PANICS: u64 = 3;
 
 /// What to render.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,10 +41,22 @@ pub struct Request {
     pub settings: Settings,
 }
 
+impl Request {
+    /// True if `other` asks for the same samples, perhaps for more or fewer of them.
+    fn same_samples(&self, other: &Self) -> bool {
+        let settings = Settings { spp: other.settings.spp, ..self.settings.clone() };
+        settings == other.settings && (Arc::ptr_eq(&self.scene, &other.scene) || self.scene == other.scene)
+    }
+
+    fn target(&self) -> Option<u32> {
+        self.settings.spp.map(std::num::NonZeroU32::get)
+    }
+}
+
 /// How fast passes follow each other. Never changes the bits of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pace {
-    /// Only on [`Picture::step`].
+    /// Only on [`Picture::step`], and once for a new request, so that it is seen at all.
     Paused,
     /// At most so many passes per second.
     PassesPerSecond(f32),
@@ -56,68 +92,564 @@ pub struct Status {
     pub state: State,
     /// Why it failed, or what a worker died of.
     pub error: Option<String>,
-    /// Passes redone because a worker panicked.
+    /// Times this picture was started again because a worker panicked.
     pub worker_panics: u64,
 }
 
 /// Worker threads and the pictures they work on. Dropping it cancels and joins them.
-pub struct Renderer {}
+pub struct Renderer {
+    shared: Arc<Shared>,
+    workers: Vec<JoinHandle<()>>,
+}
+
+struct Shared {
+    core: Mutex<Core>,
+    /// Signalled when there may be something to do.
+    work: Condvar,
+    wake: Box<dyn Fn() + Send + Sync>,
+    threads: usize,
+    how: Lanewise,
+}
+
+#[derive(Default)]
+struct Core {
+    shutdown: bool,
+    pictures: Vec<PictureState>,
+    /// Where the next search for work starts, so that pictures take turns.
+    turn: usize,
+    next_id: u64,
+}
+
+struct PictureState {
+    id: u64,
+    generation: u64,
+    mailbox: Option<Request>,
+    building: bool,
+    job: Option<Job>,
+    pace: Pace,
+    steps: u32,
+    error: Option<String>,
+    worker_panics: u64,
+    latest: Arc<ArcSwapOption<Frame>>,
+    /// Tiles no longer worked on; their buffers are used again once no frame shares them.
+    retired: Vec<Arc<Tile>>,
+}
+
+/// One generation being rendered.
+struct Job {
+    id: u64,
+    generation: u64,
+    request: Arc<Request>,
+    scene: Arc<BuiltScene>,
+    bounds: PixelRect,
+    rects: Arc<Vec<PixelRect>>,
+    /// `None` while a worker has it, or before its first sample.
+    tiles: Vec<Option<Arc<Tile>>>,
+    samples: u32,
+    pass: Option<Pass>,
+    published: u32,
+    last_publish: Option<Instant>,
+    last_start: Option<Instant>,
+    render_seconds: f64,
+    cpu_seconds: f64,
+    invalid: u64,
+}
+
+struct Pass {
+    count: u32,
+    next_tile: usize,
+    done: usize,
+    start: Instant,
+}
+
+/// Something for a worker to do, taken from the core under its lock.
+enum Task {
+    Build { picture: u64, generation: u64, request: Request },
+    Tile(TileTask),
+}
+
+struct TileTask {
+    picture: u64,
+    job: u64,
+    index: usize,
+    rect: PixelRect,
+    count: u32,
+    request: Arc<Request>,
+    scene: Arc<BuiltScene>,
+    tile: Option<Arc<Tile>>,
+    recycled: Option<Tile>,
+}
+
+static NEXT_JOB: AtomicU64 = AtomicU64::new(1);
 
 impl Renderer {
     /// Starts `threads` workers (0: one per core). `wake` is called from a worker whenever a new
     /// frame or state is there to be fetched.
     pub fn new(threads: usize, wake: impl Fn() + Send + Sync + 'static) -> Self {
-        let _ = (threads, wake);
-        unimplemented!()
+        Self::with_lanes(threads, Lanewise::best(), wake)
+    }
+
+    /// The same at a given SIMD level, for tests and comparisons.
+    pub fn with_lanes(threads: usize, how: Lanewise, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let threads = match threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            n => n,
+        };
+        let shared =
+            Arc::new(Shared { core: Mutex::default(), work: Condvar::new(), wake: Box::new(wake), threads, how });
+        let workers = (0..threads)
+            .map(|i| {
+                let shared = shared.clone();
+                std::thread::Builder::new()
+                    .name(format!("render-{i}"))
+                    .spawn(move || shared.run())
+                    .expect("the system can start a thread")
+            })
+            .collect();
+        Self { shared, workers }
     }
 
     /// A new picture, idle.
     pub fn add_picture(&self) -> Picture {
-        unimplemented!()
+        let latest = Arc::new(ArcSwapOption::empty());
+        let mut core = self.shared.lock();
+        core.next_id += 1;
+        let id = core.next_id;
+        core.pictures.push(PictureState {
+            id,
+            generation: 0,
+            mailbox: None,
+            building: false,
+            job: None,
+            pace: Pace::Full,
+            steps: 0,
+            error: None,
+            worker_panics: 0,
+            latest: latest.clone(),
+            retired: Vec::new(),
+        });
+        drop(core);
+        Picture { id, latest, shared: self.shared.clone() }
     }
 
     /// Number of workers.
     pub fn threads(&self) -> usize {
-        unimplemented!()
+        self.shared.threads
+    }
+}
+
+impl Drop for Renderer {
+    fn drop(&mut self) {
+        self.shared.lock().shutdown = true;
+        self.shared.work.notify_all();
+        for worker in self.workers.drain(..) {
+            // A worker that panicked outside a tile has said so already.
+            let _ = worker.join();
+        }
     }
 }
 
 /// Handle of one picture; dropping it takes the picture away from the workers.
-pub struct Picture {}
+pub struct Picture {
+    id: u64,
+    latest: Arc<ArcSwapOption<Frame>>,
+    shared: Arc<Shared>,
+}
 
 impl Picture {
     /// Replaces the request; the latest wins. Returns its generation at once.
     /// If only the spp target changed, rendering goes on from where it is.
     pub fn submit(&self, request: Request) -> u64 {
-        let _ = request;
-        unimplemented!()
+        self.with(|p| {
+            if p.mailbox.is_none()
+                && let Some(job) = &mut p.job
+                && job.generation == p.generation
+                && job.request.same_samples(&request)
+                && request.target().is_none_or(|n| n >= job.samples + job.pass.as_ref().map_or(0, |pass| pass.count))
+            {
+                job.request = Arc::new(request);
+                // The frame on show was made with another target: let it be replaced.
+                job.published = 0;
+                return p.generation;
+            }
+            p.generation += 1;
+            p.error = None;
+            p.worker_panics = 0;
+            p.mailbox = Some(request);
+            p.generation
+        })
     }
 
     /// Starts the same request again from the first sample.
     pub fn restart(&self) -> u64 {
-        unimplemented!()
+        self.with(|p| {
+            if p.mailbox.is_none()
+                && let Some(job) = &p.job
+            {
+                p.mailbox = Some((*job.request).clone());
+            }
+            p.generation += 1;
+            p.error = None;
+            p.worker_panics = 0;
+            p.generation
+        })
     }
 
     /// Sets how fast passes follow each other.
     pub fn set_pace(&self, pace: Pace) {
-        let _ = pace;
-        unimplemented!()
+        self.with(|p| {
+            p.pace = pace;
+            p.steps = 0;
+        });
     }
 
     /// Allows one more pass while paused.
     pub fn step(&self) {
-        unimplemented!()
+        self.with(|p| p.steps += 1);
     }
 
-    /// The newest complete frame, perhaps of an older generation.
+    /// The newest complete frame, perhaps of an older generation. Never waits.
     pub fn latest(&self) -> Option<Arc<Frame>> {
-        unimplemented!()
+        self.latest.load_full()
     }
 
     /// What is going on.
     pub fn status(&self) -> Status {
-        unimplemented!()
+        self.with(|p| p.status())
     }
+
+    fn with<T>(&self, act: impl FnOnce(&mut PictureState) -> T) -> T {
+        let mut core = self.shared.lock();
+        let picture =
+            core.pictures.iter_mut().find(|p| p.id == self.id).expect("a picture lives as long as its handle");
+        let result = act(picture);
+        drop(core);
+        self.shared.work.notify_all();
+        result
+    }
+}
+
+impl Drop for Picture {
+    fn drop(&mut self) {
+        self.shared.lock().pictures.retain(|p| p.id != self.id);
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Core> {
+        // No code that can panic runs under this lock, so a poisoned one is still sound.
+        self.core.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A worker's life.
+    fn run(&self) {
+        // The window comes first. Where the system refuses, everything still works.
+        let _ = ThreadPriority::Min.set_for_current();
+        while let Some(task) = self.next_task() {
+            let news = match task {
+                Task::Build { picture, generation, request } => self.build(picture, generation, request),
+                Task::Tile(task) => self.render(task),
+            };
+            if news {
+                (self.wake)();
+            }
+        }
+    }
+
+    /// Waits for something to do; `None` at shutdown.
+    fn next_task(&self) -> Option<Task> {
+        let mut core = self.lock();
+        loop {
+            if core.shutdown {
+                return None;
+            }
+            let now = Instant::now();
+            let mut wait = Duration::from_secs(3600);
+            let count = core.pictures.len();
+            for k in 0..count {
+                let i = (core.turn + k) % count;
+                match core.pictures[i].claim(now) {
+                    Ok(task) => {
+                        core.turn = (i + 1) % count;
+                        return Some(task);
+                    }
+                    Err(next) => wait = wait.min(next),
+                }
+            }
+            core = self.work.wait_timeout(core, wait).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Builds a scene; true if there is news for the window.
+    fn build(&self, picture: u64, generation: u64, request: Request) -> bool {
+        let built = catch_unwind(|| BuiltScene::new(&request.scene, &request.settings))
+            .unwrap_or_else(|panic| Err(Error::Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
+        let mut core = self.lock();
+        let Some(p) = core.pictures.iter_mut().find(|p| p.id == picture) else { return false };
+        if p.generation != generation {
+            return false;
+        }
+        p.building = false;
+        p.retire_job();
+        match built {
+            Ok(scene) => p.job = Some(Job::new(generation, Arc::new(request), Arc::new(scene))),
+            Err(error) => p.error = Some(error.to_string()),
+        }
+        drop(core);
+        self.work.notify_all();
+        true
+    }
+
+    /// Renders one tile; true if there is news for the window.
+    fn render(&self, task: TileTask) -> bool {
+        let TileTask { picture, job, index, rect, count, request, scene, tile, recycled } = task;
+        let start = Instant::now();
+        // Frames share tiles: one that is shared is copied before it is written to.
+        let mut retired = None;
+        let mut tile = match tile {
+            None => Tile::new(rect, request.settings.strategy, recycled),
+            Some(tile) => Arc::try_unwrap(tile).unwrap_or_else(|shared| {
+                let copy = shared.copy(recycled);
+                retired = Some(shared);
+                copy
+            }),
+        };
+        let rendered =
+            catch_unwind(AssertUnwindSafe(|| render_tile(self.how, &scene, &request.settings, &mut tile, count)));
+        let seconds = start.elapsed().as_secs_f64();
+
+        let mut core = self.lock();
+        let Some(p) = core.pictures.iter_mut().find(|p| p.id == picture) else { return false };
+        p.retired.extend(retired);
+        let current = p.generation;
+        let Some(work) = p.job.as_mut().filter(|work| work.id == job && work.generation == current) else {
+            p.retired.push(Arc::new(tile));
+            return false;
+        };
+        let news = match rendered {
+            Ok(invalid) => {
+                work.tiles[index] = Some(Arc::new(tile));
+                work.invalid += invalid;
+                work.cpu_seconds += seconds;
+                match work.finish_tile() {
+                    None => return false,
+                    Some(Some(stats)) => {
+                        let frame = work.frame(FrameStats { threads: self.threads, simd: self.how.name(), ..stats });
+                        p.latest.store(Some(Arc::new(frame)));
+                        true
+                    }
+                    Some(None) => false,
+                }
+            }
+            Err(panic) => {
+                p.recover(&panic_text(&*panic));
+                true
+            }
+        };
+        drop(core);
+        self.work.notify_all();
+        news
+    }
+}
+
+impl PictureState {
+    fn status(&self) -> Status {
+        let (state, spp) = match &self.job {
+            _ if self.error.is_some() && self.job.is_none() && self.mailbox.is_none() && !self.building => {
+                (State::Failed, 0)
+            }
+            Some(job) if job.generation == self.generation => {
+                let state = if job.finished() {
+                    State::Finished
+                } else if self.pace == Pace::Paused && job.pass.is_none() && self.steps == 0 && job.samples > 0 {
+                    State::Paused
+                } else {
+                    State::Rendering
+                };
+                (state, job.samples)
+            }
+            _ if self.mailbox.is_some() || self.building => (State::Building, 0),
+            _ => (State::Idle, 0),
+        };
+        Status { generation: self.generation, spp, state, error: self.error.clone(), worker_panics: self.worker_panics }
+    }
+
+    /// Something to do for this picture, or how long until there may be.
+    fn claim(&mut self, now: Instant) -> Result<Task, Duration> {
+        const LONG: Duration = Duration::from_secs(3600);
+        if let Some(request) = self.mailbox.take() {
+            self.building = true;
+            return Ok(Task::Build { picture: self.id, generation: self.generation, request });
+        }
+        let Some(job) = self.job.as_mut().filter(|job| job.generation == self.generation) else {
+            return Err(LONG);
+        };
+        if job.pass.is_none() {
+            if job.finished() {
+                if job.published != job.samples {
+                    // Only the target moved; the frame on show still names the old one.
+                    let frame = job.frame(FrameStats { ..job.stats() });
+                    let shown = self.latest.load_full();
+                    let (threads, simd) = shown.map_or((0, ""), |f| (f.stats.threads, f.stats.simd));
+                    let stats = FrameStats { threads, simd, ..frame.stats };
+                    self.latest.store(Some(Arc::new(Frame { stats, ..frame })));
+                    job.published = job.samples;
+                }
+                return Err(LONG);
+            }
+            let mut count = 1;
+            if job.samples > 0 {
+                match self.pace {
+                    Pace::Paused if self.steps == 0 => return Err(LONG),
+                    Pace::Paused => self.steps -= 1,
+                    Pace::PassesPerSecond(rate) => {
+                        let period = Duration::from_secs_f64(1.0 / f64::from(rate.clamp(1e-3, 1e4)));
+                        let due = job.last_start.map_or(now, |start| start + period);
+                        if now < due {
+                            return Err(due - now);
+                        }
+                    }
+                    Pace::Full => count = job.burst(),
+                }
+            }
+            job.last_start = Some(now);
+            job.pass = Some(Pass { count, next_tile: 0, done: 0, start: now });
+        }
+        let Some(pass) = job.pass.as_mut().filter(|pass| pass.next_tile < job.rects.len()) else {
+            return Err(LONG);
+        };
+        let index = pass.next_tile;
+        pass.next_tile += 1;
+        let tile = job.tiles[index].take();
+        let needs_buffer = tile.as_ref().is_none_or(|tile| Arc::strong_count(tile) > 1);
+        let recycled = if needs_buffer { recycle(&mut self.retired, job.rects[index]) } else { None };
+        Ok(Task::Tile(TileTask {
+            picture: self.id,
+            job: job.id,
+            index,
+            rect: job.rects[index],
+            count: pass.count,
+            request: job.request.clone(),
+            scene: job.scene.clone(),
+            tile,
+            recycled,
+        }))
+    }
+
+    fn retire_job(&mut self) {
+        if let Some(job) = self.job.take() {
+            // Buffers for one picture in the making and one on show are enough.
+            let keep = 2 * job.rects.len();
+            self.retired.extend(job.tiles.into_iter().flatten());
+            let excess = self.retired.len().saturating_sub(keep);
+            self.retired.drain(..excess);
+        }
+    }
+
+    /// After a panic: the pass is lost with its tile. Starts the generation again, a few times.
+    fn recover(&mut self, what: &str) {
+        self.worker_panics += 1;
+        let message = format!("a render thread failed: {what}");
+        let job = self.job.as_ref().map(|job| (job.generation, job.request.clone(), job.scene.clone()));
+        self.retire_job();
+        if self.worker_panics < MAX_PANICS {
+            self.job = job.map(|(generation, request, scene)| Job::new(generation, request, scene));
+        }
+        self.error = Some(message);
+    }
+}
+
+/// A buffer that no frame shares any more, preferably of a tile of the same size.
+fn recycle(retired: &mut Vec<Arc<Tile>>, rect: PixelRect) -> Option<Tile> {
+    let fits = |t: &Arc<Tile>| {
+        Arc::strong_count(t) == 1 && t.bounds.width() == rect.width() && t.bounds.height() == rect.height()
+    };
+    let at = retired.iter().position(fits)?;
+    Arc::try_unwrap(retired.swap_remove(at)).ok()
+}
+
+impl Job {
+    fn new(generation: u64, request: Arc<Request>, scene: Arc<BuiltScene>) -> Self {
+        let bounds = request.settings.pixel_bounds();
+        let rects = Arc::new(Tile::cut(bounds));
+        Self {
+            id: NEXT_JOB.fetch_add(1, Ordering::Relaxed),
+            generation,
+            request,
+            scene,
+            bounds,
+            tiles: rects.iter().map(|_| None).collect(),
+            rects,
+            samples: 0,
+            pass: None,
+            published: 0,
+            last_publish: None,
+            last_start: None,
+            render_seconds: 0.0,
+            cpu_seconds: 0.0,
+            invalid: 0,
+        }
+    }
+
+    fn finished(&self) -> bool {
+        self.request.target().is_some_and(|target| self.samples >= target) || self.samples == u32::MAX
+    }
+
+    /// Samples per pixel of the next pass: as many as fit between two frames, and into a slice.
+    fn burst(&self) -> u32 {
+        let per_sample = self.render_seconds / f64::from(self.samples);
+        let per_tile = self.cpu_seconds / f64::from(self.samples) / self.rects.len() as f64;
+        let fitting = (FRAME_INTERVAL / per_sample).min(SLICE / per_tile).clamp(1.0, 4096.0) as u32;
+        let left = self.request.target().unwrap_or(u32::MAX) - self.samples;
+        fitting.min(left)
+    }
+
+    /// Counts a tile in. `Some` at the end of a pass, with the totals if a frame is due.
+    fn finish_tile(&mut self) -> Option<Option<FrameStats>> {
+        let pass = self.pass.as_mut()?;
+        pass.done += 1;
+        if pass.done < self.rects.len() {
+            return None;
+        }
+        self.samples += pass.count;
+        let now = Instant::now();
+        self.render_seconds += (now - pass.start).as_secs_f64();
+        self.pass = None;
+        let due = self.last_publish.is_none_or(|last| (now - last).as_secs_f64() >= FRAME_INTERVAL);
+        Some((due || self.finished()).then(|| {
+            self.last_publish = Some(now);
+            self.published = self.samples;
+            self.stats()
+        }))
+    }
+
+    fn stats(&self) -> FrameStats {
+        let rays = u64::from(self.request.settings.strategy.rays_per_sample());
+        FrameStats {
+            paths: self.bounds.area() as u64 * u64::from(self.samples) * rays,
+            render_seconds: self.render_seconds,
+            cpu_seconds: self.cpu_seconds,
+            threads: 0,
+            simd: "",
+            invalid_samples: self.invalid,
+        }
+    }
+
+    fn frame(&self, stats: FrameStats) -> Frame {
+        Frame {
+            request: self.request.clone(),
+            generation: self.generation,
+            spp: self.samples,
+            bounds: self.bounds,
+            stats,
+            tiles: self.tiles.iter().flatten().cloned().collect(),
+        }
+    }
+}
+
+fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string).or(panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "panic without a message".into())
 }
 
 /// How far a blocking render is.
@@ -137,17 +669,58 @@ pub struct Progress {
 /// a window. `on_progress` returns false to stop early, after the running pass.
 ///
 /// # Errors
-/// [`Error::Invalid`] if the scene or a setting cannot be rendered, or no spp target is given.
+/// [`Error::Invalid`] if the scene or a setting cannot be rendered, if no spp target is given, or
+/// if `on_progress` stopped it before the first pass was complete.
 pub fn render(
     request: &Request,
     threads: usize,
     on_progress: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Arc<Frame>, Error> {
-    let _ = (request, threads, on_progress);
-    unimplemented!()
+    render_with(request, threads, Lanewise::best(), on_progress)
+}
+
+/// [`render`] at a given SIMD level, for tests and comparisons.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_with(
+    request: &Request,
+    threads: usize,
+    how: Lanewise,
+    on_progress: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Arc<Frame>, Error> {
+    let target = request.target();
+    if target.is_none() {
+        return Err(Error::Invalid("endless spp, expected a number of samples per pixel".into()));
+    }
+    let (send, news) = mpsc::channel();
+    let renderer = Renderer::with_lanes(threads, how, move || {
+        // The receiver is gone only when nobody waits any more.
+        let _ = send.send(());
+    });
+    let picture = renderer.add_picture();
+    let start = Instant::now();
+    picture.submit(request.clone());
+    loop {
+        // The time-out is for the progress report; every change of state sends a message.
+        let _ = news.recv_timeout(Duration::from_millis(100));
+        let status = picture.status();
+        let frame = picture.latest();
+        match status.state {
+            State::Failed => return Err(Error::Invalid(status.error.unwrap_or_default())),
+            State::Finished if frame.as_ref().is_some_and(|f| Some(f.spp) == target) => {
+                return frame.ok_or_else(|| Error::Invalid("finished without a frame".into()));
+            }
+            _ => {}
+        }
+        let paths = frame.as_ref().map_or(0, |f| f.stats.paths);
+        if !on_progress(&Progress { spp: status.spp, target, elapsed: start.elapsed(), paths }) {
+            return frame.ok_or_else(|| Error::Invalid("stopped before the first pass was complete".into()));
+        }
+    }
 }
 
 /// The SIMD level the kernels run at on this machine, e.g. "AVX-512".
 pub fn simd_level_name() -> &'static str {
-    unimplemented!()
+    Lanewise::best().name()
 }

@@ -352,9 +352,9 @@ fn film() {
     // The last one wins as a whole.
     let s = settings("Film \"image\" \"integer xresolution\" 40\nFilm \"image\" \"integer yresolution\" 30");
     assert_eq!(s.resolution, [1280, 30]);
-    assert_failure("Film \"image\"\n \"integer xresolution\" [0]", 2, 24, &["xresolution", "0", "at least 1"]);
+    assert_failure("Film \"image\"\n \"integer xresolution\" [0]", 2, 25, &["xresolution", "0", "at least 1"]);
     assert_failure("Film \"image\"\n \"integer xresolution\" [100000]", 2, 2, &["100000", "65536"]);
-    assert_failure("Film \"image\" \"float cropwindow\" [.5 .5 0 1]", 1, 33, &["crop window", "x0 < x1"]);
+    assert_failure("Film \"image\" \"float cropwindow\" [.5 .5 0 1]", 1, 34, &["crop window", "x0 < x1"]);
     assert_failure("Film \"image\" \"float cropwindow\" [0 1 0]", 1, 33, &["3 values", "expected 4"]);
 }
 
@@ -409,14 +409,14 @@ fn integrators() {
     assert_failure(
         "Integrator \"veachMIS\"\n  \"string MISstrategy\" [\"brdf\"]",
         2,
-        24,
+        25,
         &["brdf", "light, bsdf, mis_all, mis"],
     );
-    assert_failure("Integrator \"veachMIS\" \"float lightprob\" [1.5]", 1, 41, &["1.5", "[0, 1]"]);
+    assert_failure("Integrator \"veachMIS\" \"float lightprob\" [1.5]", 1, 42, &["1.5", "[0, 1]"]);
     assert_failure(
         "Integrator \"veachMIS\" \"string heuristic\" [\"max\"]",
         1,
-        42,
+        43,
         &["balance, power, cutoff, maximum"],
     );
 }
@@ -440,8 +440,8 @@ fn cameras() {
     assert_eq!(camera("\"float screenwindow\" [-1 1 -.5 .5]").screen_window, Some([-1.0, 1.0, -0.5, 0.5]));
     assert_eq!(camera("\"float frameaspectratio\" 2").screen_window, Some([-2.0, 2.0, -1.0, 1.0]));
     assert_eq!(camera("\"float frameaspectratio\" .5").screen_window, Some([-1.0, 1.0, -2.0, 2.0]));
-    assert_failure("Camera \"perspective\" \"float fov\" [180]", 1, 34, &["180", "less than 180"]);
-    assert_failure("Camera \"perspective\" \"float screenwindow\" [1 1 0 1]", 1, 43, &["screenwindow"]);
+    assert_failure("Camera \"perspective\" \"float fov\" [180]", 1, 35, &["180", "less than 180"]);
+    assert_failure("Camera \"perspective\" \"float screenwindow\" [1 1 0 1]", 1, 44, &["screenwindow"]);
     assert_failure("\nScale 1 0 1", 2, 1, &["Scale", "inverse"]);
     let file = parse("Camera \"perspective\" \"float lensradius\" 0.1 \"float focaldistance\" 3 WorldBegin WorldEnd");
     assert_eq!(file.warnings.len(), 2);
@@ -597,7 +597,7 @@ fn material_warnings_and_errors() {
     assert_eq!(warning("\"matte\" \"spectrum Kd\" [400 .1 700 .9]").1, Bsdf::Matte { kd: Vec3::splat(0.5) });
     assert!(warning("\"matte\" \"float sigma\" 20").0.contains("sigma"));
     assert!(warning("\"matte\" \"rgb kd\" [1 1 1]").0.contains("did you mean \"Kd\""));
-    assert_failure(&world("Material \"matte\" \"rgb Kd\" [-1 0 0]"), 3, 27, &["Kd", "-1 0 0", "negative"]);
+    assert_failure(&world("Material \"matte\" \"rgb Kd\" [-1 0 0]"), 3, 28, &["Kd", "-1 0 0", "negative"]);
     assert_failure(&world("Material \"matte\" \"rgb Kd\" [1 1]"), 3, 27, &["2 values", "expected 3"]);
     assert_failure(&world("Material \"matte\" \"rgb Kd\" .5"), 3, 27, &["1 value", "expected 3"]);
     assert_failure(&world("Material \"matte\" \"float Kd\" .5"), 3, 18, &["float Kd", "expected", "rgb Kd"]);
@@ -650,7 +650,7 @@ fn area_lights() {
     assert_eq!((light(3).name.as_str(), light(3).radiance), ("light4", Vec3::ONE));
     let surfaces: Vec<Option<usize>> = file.scene.shapes.iter().map(|s| s.material).collect();
     assert_eq!(surfaces, [None, None, Some(0), Some(0)], "black unless a material says otherwise");
-    assert_failure(&world("AreaLightSource \"diffuse\" \"rgb L\" [1 -1 0]"), 3, 35, &["\"L\"", "1 -1 0"]);
+    assert_failure(&world("AreaLightSource \"diffuse\" \"rgb L\" [1 -1 0]"), 3, 36, &["\"L\"", "1 -1 0"]);
     let file =
         parse(&world("AreaLightSource \"diffuse\" \"blackbody L\" [5000 1] \"bool twosided\" true Shape \"sphere\""));
     assert_eq!(file.warnings.len(), 2);
@@ -744,9 +744,9 @@ fn triangle_meshes() {
 
 #[test]
 fn errors_say_where() {
-    assert_failure("Film \"image\" \"string filename\" [\"a.exr\"", 1, 31, &["'['", "']'"]);
+    assert_failure("Film \"image\" \"string filename\" [\"a.exr\"", 1, 32, &["'['", "']'"]);
     assert_failure("Film \"image\" \"string filename", 1, 14, &["quote"]);
-    assert_failure("Film \"image\"\n\t\"string filename [\"a.exr\"]", 2, 20, &["a.exr"]);
+    assert_failure("Film \"image\"\n\t\"string filename [\"a.exr\"]", 2, 21, &["a.exr"]);
     assert_failure("Film \"image\" \"filename\" \"a.exr\"", 1, 14, &["filename", "type name"]);
     assert_failure("Film \"image\" [3]", 1, 14, &["type name"]);
     assert_failure("Film \"image\" \"float scale\"", 1, 14, &["no value"]);

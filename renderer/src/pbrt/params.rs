@@ -15,6 +15,18 @@ struct Param {
     used: bool,
 }
 
+impl Param {
+    /// Where the first value stands: inside the brackets, if there are any.
+    fn first_value_at(&self) -> Pos {
+        let offset = match &self.values {
+            Values::Numbers(_, offsets) => offsets.first().copied(),
+            Values::Texts(texts) => texts.first().map(|t| t.1),
+            Values::Empty => None,
+        };
+        Pos { offset: offset.unwrap_or(self.values_at.offset), ..self.values_at }
+    }
+}
+
 /// Most parameters of one directive.
 const MAX_PARAMS: usize = 256;
 
@@ -117,7 +129,7 @@ impl Params {
             Values::Texts(texts) => {
                 let found = texts.first().map_or("", |t| t.0.as_str());
                 let message = format!("{owner}: \"{}\" has value {}, expected a number", p.name, shown(found));
-                Err(log.error(p.values_at, message))
+                Err(log.error(p.first_value_at(), message))
             }
         }
     }
@@ -141,7 +153,7 @@ impl Params {
     pub fn floats<const N: usize>(&mut self, name: &'static str, log: &mut Log) -> Result<Option<At<[f64; N]>>, Error> {
         let owner = self.owner.clone();
         let Some(p) = self.find_plain(name, &["float"], log)? else { return Ok(None) };
-        Ok(Some(At { value: Self::exactly::<N>(p, &owner, log)?, at: p.values_at }))
+        Ok(Some(At { value: Self::exactly::<N>(p, &owner, log)?, at: p.first_value_at() }))
     }
 
     /// `"integer name"` of at least `min`.
@@ -151,9 +163,9 @@ impl Params {
         let [v] = Self::exactly::<1>(p, &owner, log)?;
         if v.fract() != 0.0 || v < f64::from(min) || v > f64::from(i32::MAX) {
             let message = format!("{owner}: \"{name}\" is {v}, expected a whole number of at least {min}");
-            return Err(log.error(p.values_at, message));
+            return Err(log.error(p.first_value_at(), message));
         }
-        Ok(Some(At { value: v as u32, at: p.values_at }))
+        Ok(Some(At { value: v as u32, at: p.first_value_at() }))
     }
 
     /// `"integer name"`: a list of indices below `limit`, three each.
@@ -192,12 +204,14 @@ impl Params {
         let owner = self.owner.clone();
         let Some(p) = self.find(name, &["string"], log)? else { return Ok(None) };
         match &p.values {
-            Values::Texts(texts) if texts.len() == 1 => Ok(Some(At { value: texts[0].0.clone(), at: p.values_at })),
+            Values::Texts(texts) if texts.len() == 1 => {
+                Ok(Some(At { value: texts[0].0.clone(), at: p.first_value_at() }))
+            }
             Values::Texts(texts) => Err(Self::count_error(&owner, p, texts.len(), 1, log)),
             Values::Empty => Err(Self::count_error(&owner, p, 0, 1, log)),
             Values::Numbers(values, _) => {
                 let message = format!("{owner}: \"{name}\" has value {}, expected a text in quotes", values[0]);
-                Err(log.error(p.values_at, message))
+                Err(log.error(p.first_value_at(), message))
             }
         }
     }
@@ -236,7 +250,7 @@ impl Params {
             Values::Empty => return Err(Self::count_error(&owner, p, 0, 1, log)),
             Values::Numbers(values, _) => values[0].to_string(),
         };
-        Err(log.error(p.values_at, format!("{owner}: \"{name}\" is {found}, expected \"true\" or \"false\"")))
+        Err(log.error(p.first_value_at(), format!("{owner}: \"{name}\" is {found}, expected \"true\" or \"false\"")))
     }
 
     /// `"rgb name"` or one of its other spellings, not negative.
@@ -245,9 +259,10 @@ impl Params {
         let Some(p) = self.find_plain(name, &["rgb", "color", "xyz"], log)? else { return Ok(None) };
         let mut value = DVec3::from_array(Self::exactly::<3>(p, &owner, log)?);
         if p.kind == "xyz" {
-            value = rgb_from_xyz(value);
+            // Rounding, and colours outside the gamut.
+            value = rgb_from_xyz(value).max(DVec3::ZERO);
         }
-        let at = p.values_at;
+        let at = p.first_value_at();
         let rgb = value.as_vec3();
         if rgb.min_element() < 0.0 {
             let message = format!("{owner}: \"{name}\" is {} {} {}, expected no negative value", rgb.x, rgb.y, rgb.z);

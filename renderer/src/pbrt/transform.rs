@@ -36,17 +36,16 @@ pub(super) fn uniform_scale(m: &DMat4) -> Option<f64> {
 
 /// Why a matrix cannot be used, if it cannot.
 pub(super) fn flaw(m: &DMat4) -> Option<&'static str> {
-    if !m.is_finite() {
+    if !m.is_finite() || !m.determinant().is_finite() {
         return Some("a matrix with numbers that are too large");
     }
     let [.., x, y, z, w] = [m.x_axis.w, m.y_axis.w, m.z_axis.w, m.w_axis.w];
     if [x, y, z, w] != [0.0, 0.0, 0.0, 1.0] {
         return Some("a projective matrix, expected 0 0 0 1 as its last row (values 4, 8, 12 and 16)");
     }
-    let determinant = m.determinant();
     // The inverse must exist as numbers too: the camera and handedness depend on it.
-    if determinant == 0.0 || !m.inverse().is_finite() {
-        return Some("a matrix without an inverse (some scale is 0)");
+    if m.determinant() == 0.0 || !m.inverse().is_finite() {
+        return Some("a matrix without an inverse (a scale is 0 or too small)");
     }
     None
 }

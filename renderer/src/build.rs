@@ -1,0 +1,285 @@
+//! From a scene's parameters to the form that packets of rays work on.
+
+use glam::Vec3;
+
+use crate::bsdf::{Material, Surface};
+use crate::camera::Pinhole;
+use crate::error::Error;
+use crate::geometry::Geometry;
+use crate::lanes::{Lanes, Mask, Real, Uint, V3};
+use crate::light::{Light, LightShape, Lights};
+use crate::scene::{self, Scene};
+use crate::settings::Settings;
+use crate::shape::{Ball, Facet};
+
+/// Most triangles of one scene, a guard against running out of memory.
+pub const MAX_TRIANGLES: usize = 50_000_000;
+
+/// A scene ready to be rendered at one resolution.
+#[derive(Debug)]
+pub struct BuiltScene {
+    /// Where rays start.
+    pub camera: Pinhole,
+    /// Everything opaque that does not emit.
+    pub geometry: Geometry,
+    /// Everything that emits.
+    pub lights: Lights,
+    /// How far rays are kept off the surface they start from.
+    pub epsilon: f32,
+    /// By shape.
+    materials: Vec<Material>,
+    /// Some light's surface scatters as well.
+    lights_scatter: bool,
+}
+
+/// What a packet of camera rays met.
+pub struct CameraHit<L: Lanes> {
+    /// The surface points; meaningful where `scatters`.
+    pub surface: Surface<L>,
+    /// True where there is a surface that reflects.
+    pub scatters: L::M,
+    /// Radiance of a light met directly, 0 elsewhere.
+    pub emitted: V3<L>,
+    /// True where a light that shines this way was met.
+    pub emits: L::M,
+}
+
+impl BuiltScene {
+    /// Checks the scene and builds it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] names the shape or material whose numbers cannot be rendered.
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+        settings.check().map_err(Error::Invalid)?;
+        let camera = Pinhole::new(&scene.camera, settings.resolution)?;
+        for material in &scene.materials {
+            check_material(material)?;
+        }
+        let (mut facets, mut balls, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+        let mut materials = Vec::with_capacity(scene.shapes.len());
+        for (index, shape) in scene.shapes.iter().enumerate() {
+            let material = match shape.material {
+                None => Material::BLACK,
+                Some(m) => Material::new(
+                    &scene
+                        .materials
+                        .get(m)
+                        .ok_or_else(|| {
+                            Error::Invalid(format!(
+                                "shape {index} has material {m}, expected one of {}",
+                                scene.materials.len()
+                            ))
+                        })?
+                        .bsdf,
+                ),
+            };
+            materials.push(material);
+            let emits = shape.light.as_ref().filter(|light| light.on && light.radiance != Vec3::ZERO);
+            if let Some(light) = emits
+                && !(light.radiance.is_finite() && light.radiance.min_element() >= 0.0)
+            {
+                return Err(Error::Invalid(format!(
+                    "light {} has radiance {}, expected finite numbers >= 0",
+                    light.name, light.radiance
+                )));
+            }
+            let (shape_facets, ball) = primitives(index, shape)?;
+            match emits {
+                Some(light) => {
+                    let shapes = shape_facets.into_iter().map(LightShape::Facet).chain(ball.map(LightShape::Ball));
+                    lights.extend(shapes.map(|shape| Light { shape, radiance: light.radiance, material }));
+                }
+                None => {
+                    facets.extend(shape_facets);
+                    balls.extend(ball);
+                }
+            }
+            if facets.len() + lights.len() > MAX_TRIANGLES {
+                return Err(Error::Invalid(format!("more than {MAX_TRIANGLES} triangles, expected fewer")));
+            }
+        }
+        let geometry = Geometry::new(facets, balls);
+        let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
+        Ok(Self {
+            camera,
+            geometry,
+            lights_scatter: lights.iter().any(|l| l.material.scatters()),
+            lights: Lights::new(lights),
+            epsilon,
+            materials,
+        })
+    }
+
+    /// What each camera ray meets first.
+    #[inline(always)]
+    pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>) -> CameraHit<L> {
+        let zero = l.f(0.0);
+        let origin = V3::splat(l, self.camera.origin);
+        let hit = self.geometry.nearest(l, origin, dir, zero);
+        let (t_light, light, radiance) = self.lights.nearest(l, origin, dir, zero);
+        let is_light = t_light.lt(hit.t);
+        let emitted = V3::select(is_light, radiance, V3::all(zero));
+        let emits = (emitted.x + emitted.y + emitted.z).gt(zero);
+
+        let t = is_light.select(t_light, hit.t);
+        let p = dir.scale_add(t, origin);
+        let mut surface = Surface::new(l, p, -dir, &Material::BLACK);
+        // Packets are small patches of the image: nearly always all lanes meet the same primitive,
+        // and its numbers are the same in every lane. Where not, one round for each primitive met.
+        let mut todo = (hit.t.lt(l.f(f32::INFINITY)) & !is_light).bits();
+        while todo != 0 {
+            let id = hit.id.lane(todo.trailing_zeros() as usize);
+            let here = hit.id.eq(l.u(id)) & !is_light;
+            let found = match self.geometry.facets.get(id as usize) {
+                Some(facet) => Surface::new(l, p, V3::splat(l, facet.normal), &self.materials[facet.shape as usize]),
+                None => self.ball_surface(l, p, &self.geometry.balls[id as usize - self.geometry.facets.len()]),
+            };
+            surface = if here.all() { found } else { Surface::select(here, found, surface) };
+            todo &= !here.bits();
+        }
+        if self.lights_scatter {
+            let mut todo = is_light.bits();
+            while todo != 0 {
+                let id = light.lane(todo.trailing_zeros() as usize);
+                let here = light.eq(l.u(id)) & is_light;
+                let found = match &self.lights.list[id as usize].shape {
+                    LightShape::Facet(f) => {
+                        Surface::new(l, p, V3::splat(l, f.normal), &self.materials[f.shape as usize])
+                    }
+                    LightShape::Ball(ball) => self.ball_surface(l, p, ball),
+                };
+                surface = Surface::select(here, found, surface);
+                todo &= !here.bits();
+            }
+        }
+        // Both sides of a surface scatter alike.
+        surface.n = V3::select(surface.n.dot(dir).gt(zero), -surface.n, surface.n);
+        CameraHit { surface, scatters: surface.scatters(), emitted, emits }
+    }
+
+    /// True where nothing opaque lies between the surface point and distance `t` along `wi`.
+    #[inline(always)]
+    pub fn visible<L: Lanes>(&self, l: L, s: &Surface<L>, wi: V3<L>, t: L::F, wanted: L::M) -> L::M {
+        let origin = s.n.scale_add(l.f(self.epsilon), s.p);
+        !self.geometry.blocked(l, origin, wi, t - self.epsilon, wanted)
+    }
+
+    #[inline(always)]
+    fn ball_surface<L: Lanes>(&self, l: L, p: V3<L>, ball: &Ball) -> Surface<L> {
+        let n = (p - V3::splat(l, ball.center)).normalize(l);
+        Surface::new(l, p, n, &self.materials[ball.shape as usize])
+    }
+}
+
+fn check_material(material: &scene::Material) -> Result<(), Error> {
+    let name = &material.name;
+    let check = |what: &str, v: Vec3, max: f32| {
+        if v.is_finite() && v.min_element() >= 0.0 && v.max_element() <= max {
+            Ok(())
+        } else {
+            Err(Error::Invalid(format!("material {name}: {what} {v}, expected numbers in [0, {max}]")))
+        }
+    };
+    if let Some(alpha) = material.bsdf.alpha()
+        && !(0.0..=1.0).contains(&alpha)
+    {
+        return Err(Error::Invalid(format!("material {name}: roughness {alpha}, expected a number in [0, 1]")));
+    }
+    match &material.bsdf {
+        scene::Bsdf::Matte { kd } => check("diffuse reflectance", *kd, 1.0),
+        scene::Bsdf::Conductor { reflectance: scene::Reflectance::Constant(r), .. } => check("reflectance", *r, 1.0),
+        scene::Bsdf::Conductor { reflectance: scene::Reflectance::Fresnel { eta, k }, .. } => {
+            check("index eta", *eta, 1e6)?;
+            check("absorption k", *k, 1e6)
+        }
+        scene::Bsdf::Plastic { kd, ks, .. } => {
+            check("diffuse reflectance", *kd, 1.0)?;
+            check("specular reflectance", *ks, 1.0)
+        }
+    }
+}
+
+/// The primitives of a shape: facets of a mesh, or one sphere.
+fn primitives(index: usize, shape: &scene::Shape) -> Result<(Vec<Facet>, Option<Ball>), Error> {
+    match &shape.geometry {
+        scene::Geometry::Sphere { center, radius } => {
+            if !(center.is_finite() && radius.is_finite() && *radius > 0.0 && radius * radius > 0.0) {
+                return Err(Error::Invalid(format!(
+                    "shape {index}: sphere at {center} with radius {radius}, expected finite numbers and a radius > 0"
+                )));
+            }
+            let ball =
+                Ball { center: *center, radius: *radius, inward: shape.reverse_orientation, shape: index as u32 };
+            Ok((Vec::new(), Some(ball)))
+        }
+        scene::Geometry::Mesh { positions, triangles } => {
+            if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_element() > 1e15) {
+                return Err(Error::Invalid(format!("shape {index}: vertex at {p}, expected numbers below 1e15")));
+            }
+            let corner = |i: u32| {
+                positions.get(i as usize).copied().ok_or_else(|| {
+                    Error::Invalid(format!(
+                        "shape {index}: triangle refers to vertex {i}, expected one of {}",
+                        positions.len()
+                    ))
+                })
+            };
+            let mut facets = Vec::with_capacity(triangles.len());
+            let mut i = 0;
+            while i < triangles.len() {
+                let [a, b, c] = triangles[i];
+                let (pa, pb, pc) = (corner(a)?, corner(b)?, corner(c)?);
+                let quad = match triangles.get(i + 1) {
+                    Some(&next) => parallelogram(triangles[i], next, |i| corner(i).ok()),
+                    None => None,
+                };
+                // Triangles without area cannot be seen.
+                match quad {
+                    Some([p0, p1, p2]) => {
+                        facets.extend(Facet::new(p0, p1, p2, true, shape.reverse_orientation, index as u32));
+                        i += 2;
+                    }
+                    None => {
+                        facets.extend(Facet::new(pa, pb, pc, false, shape.reverse_orientation, index as u32));
+                        i += 1;
+                    }
+                }
+            }
+            Ok((facets, None))
+        }
+    }
+}
+
+/// Two triangles of the same winding that make up a parallelogram exactly: its corner and the
+/// corner's two neighbours. Halves the work on the usual rectangles; a light made of one counts
+/// as one light.
+fn parallelogram(a: [u32; 3], b: [u32; 3], corner: impl Fn(u32) -> Option<Vec3>) -> Option<[Vec3; 3]> {
+    // The vertex of each triangle that the other one lacks; the shared edge is the diagonal.
+    let lone_a = (0..3).find(|&i| !b.contains(&a[i]))?;
+    let lone_b = (0..3).find(|&i| !a.contains(&b[i]))?;
+    let [p, q, r] = [a[lone_a], a[(lone_a + 1) % 3], a[(lone_a + 2) % 3]];
+    let [s, r2, q2] = [b[lone_b], b[(lone_b + 1) % 3], b[(lone_b + 2) % 3]];
+    if (q, r) != (q2, r2) || q == r {
+        return None;
+    }
+    let (p, q, r, s) = (corner(p)?, corner(q)?, corner(r)?, corner(s)?);
+    (q - p == s - r && r - p == s - q).then_some([p, q, r])
+}
+
+/// Offset for rays that leave a surface: a few f32 roundings at the size of the scene, seen from
+/// the camera.
+fn ray_epsilon(geometry: &Geometry, lights: &[Light], eye: Vec3) -> f32 {
+    let (min, max) = geometry.bounds();
+    let mut extent = eye.abs().max_element();
+    for v in [min, max] {
+        if v.is_finite() {
+            extent = extent.max(v.abs().max_element()).max((v - eye).length());
+        }
+    }
+    for light in lights {
+        if let LightShape::Ball(b) = light.shape {
+            extent = extent.max(b.center.abs().max_element() + b.radius);
+        }
+    }
+    4e-6 * extent
+}

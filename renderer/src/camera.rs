@@ -1,0 +1,59 @@
+//! From pixels to camera rays.
+
+use glam::Vec3;
+
+use crate::error::Error;
+use crate::lanes::{Lanes, V3};
+use crate::scene::Camera;
+
+/// A pinhole camera, ready for use: the direction through image point (x, y), in pixels from the
+/// top left, is `corner + x right + y down`.
+#[derive(Clone, Copy, Debug)]
+pub struct Pinhole {
+    /// Eye point.
+    pub origin: Vec3,
+    corner: Vec3,
+    right: Vec3,
+    down: Vec3,
+}
+
+impl Pinhole {
+    /// Works out the axes in f64.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a field of view outside (0, 180) or a transform that is not usable.
+    pub fn new(camera: &Camera, resolution: [u32; 2]) -> Result<Self, Error> {
+        if !(camera.fov_deg > 0.0 && camera.fov_deg < 180.0) {
+            return Err(Error::Invalid(format!(
+                "field of view {} degrees, expected between 0 and 180",
+                camera.fov_deg
+            )));
+        }
+        let m = camera.world_from_camera;
+        if !m.is_finite() || m.determinant().abs() < 1e-30 {
+            return Err(Error::Invalid("camera transform cannot be inverted, expected position and directions".into()));
+        }
+        let [w, h] = resolution.map(f64::from);
+        let aspect = w / h;
+        let [x0, x1, y0, y1] = camera.screen_window.unwrap_or(if aspect > 1.0 {
+            [-aspect, aspect, -1.0, 1.0]
+        } else {
+            [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+        });
+        let half = (camera.fov_deg.to_radians() / 2.0).tan();
+        let direction = |x: f64, y: f64, z: f64| m.transform_vector3(glam::DVec3::new(x * half, y * half, z));
+        Ok(Self {
+            origin: m.transform_point3(glam::DVec3::ZERO).as_vec3(),
+            corner: direction(x0, y1, 1.0).as_vec3(),
+            right: direction((x1 - x0) / w, 0.0, 0.0).as_vec3(),
+            down: direction(0.0, (y0 - y1) / h, 0.0).as_vec3(),
+        })
+    }
+
+    /// Unit direction of the ray through image point (x, y).
+    #[inline(always)]
+    pub fn direction<L: Lanes>(&self, l: L, x: L::F, y: L::F) -> V3<L> {
+        let d = V3::splat(l, self.right).scale_add(x, V3::splat(l, self.corner));
+        V3::splat(l, self.down).scale_add(y, d).normalize(l)
+    }
+}

@@ -1,0 +1,74 @@
+//! The loop over the pixels of a tile: camera ray, surface, secondary ray, film.
+//!
+//! One dispatch to the machine's vector unit per tile (a dispatch costs about 27 ns).
+
+use crate::build::BuiltScene;
+use crate::estimator::{Contribution, Reflected, reflected_radiance};
+use crate::film::{BLOCK, Tile};
+use crate::lanes::{Lanes, Level, Mask, PACKET, Single, Uint, V3, Wide, dispatch};
+use crate::sampler::{Dimension, Sampler, pixel_keys};
+use crate::settings::Settings;
+
+/// How the kernel runs. All ways agree up to the rounding of fused operations.
+#[derive(Clone, Copy, Debug)]
+pub enum Lanewise {
+    /// Sixteen pixels at a time on a vector unit.
+    Wide(Level),
+    /// One pixel at a time, scalar code.
+    Single,
+}
+
+impl Lanewise {
+    /// The best of this machine.
+    pub fn best() -> Self {
+        Self::Wide(Level::new())
+    }
+
+    /// Short name, e.g. "AVX-512".
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Wide(level) => crate::lanes::level_name(level),
+            Self::Single => "single lane",
+        }
+    }
+}
+
+/// Adds `count` samples to every pixel of the tile; returns how many were invalid.
+pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
+    match how {
+        Lanewise::Wide(level) => dispatch!(level, simd => add_samples(Wide(simd), scene, settings, tile, count)),
+        Lanewise::Single => add_samples(Single, scene, settings, tile, count),
+    }
+}
+
+#[inline(always)]
+fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
+    let mut invalid = 0;
+    let first = tile.samples;
+    for block in 0..tile.block_count() {
+        let [x0, y0] = tile.block_corner(block);
+        let mut lane = 0;
+        while lane < PACKET {
+            let pixel = l.iota() + l.u(lane as u32);
+            let x = (pixel & l.u(BLOCK - 1)) + l.u(x0);
+            let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
+            let keys = pixel_keys(l, settings.seed, x, y);
+            for sample in first..first + count {
+                let random = Sampler::new(l, &settings.sampler, keys, sample);
+                let [jx, jy] = random.get_2d(Dimension::Pixel);
+                let dir = scene.camera.direction(l, x.to_real() + jx, y.to_real() + jy);
+                let hit = scene.camera_hit(l, dir);
+                let reflected = if hit.scatters.any() {
+                    reflected_radiance(l, scene, settings, &hit.surface, -dir, &random)
+                } else {
+                    let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
+                    Reflected { light: none, bsdf: none }
+                };
+                invalid += u64::from(tile.add(l, (block, lane), sample, &reflected, hit.emitted, hit.emits));
+            }
+            lane += L::N;
+        }
+    }
+    tile.samples += count;
+    invalid
+}

@@ -1,0 +1,573 @@
+//! Numbers in lanes: the only file that names the SIMD crate.
+//!
+//! The estimator is written once, over a [`Lanes`] type. [`Wide`] runs it on 16 pixels at a time
+//! with whatever vector unit the machine has (chosen at run time, see [`Level`]); [`Single`] is
+//! the same text on one pixel, plain `f32`, for tests, replay and comparison.
+//!
+//! Everything here and everything generic over `Lanes` is `#[inline(always)]`, helper for helper:
+//! a function that does not inline into the dispatched one is compiled for the baseline
+//! instruction set and loses a factor of ten, silently. For the same reason there are no closures.
+
+use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
+
+use fearless_simd::{
+    Bytes as _, Simd, SimdBase as _, SimdFloat as _, SimdFrom as _, SimdInt as _, SimdMask as _, f32x16, i32x16,
+    mask32x16, u32x16,
+};
+
+pub use fearless_simd::{Level, dispatch};
+
+/// Pixels per packet: a block of 4 x 4. [`Single`] walks the same blocks one pixel at a time.
+pub const PACKET: usize = 16;
+
+/// A set of lanes: how many, and the types of their numbers. The value itself is a token that
+/// makes new numbers.
+pub trait Lanes: Copy + Send + Sync + 'static {
+    /// Number of lanes, a divisor of [`PACKET`].
+    const N: usize;
+    /// 32-bit floats.
+    type F: Real<L = Self>;
+    /// 32-bit unsigned integers, wrapping.
+    type U: Uint<L = Self>;
+    /// One truth value per lane.
+    type M: Mask<L = Self>;
+
+    /// The same float in every lane.
+    fn f(self, v: f32) -> Self::F;
+    /// The same integer in every lane.
+    fn u(self, v: u32) -> Self::U;
+    /// The same truth value in every lane.
+    fn m(self, v: bool) -> Self::M;
+    /// 0, 1, 2, ...
+    fn iota(self) -> Self::U;
+    /// The first [`Self::N`] elements of `from`.
+    fn load(self, from: &[f32]) -> Self::F;
+    /// `table[index]`, lane by lane. Slow: for tables that differ from lane to lane.
+    fn gather(self, table: &[f32], index: Self::U) -> Self::F;
+}
+
+/// Floats in lanes.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Add<f32, Output = Self>
+    + Sub<Output = Self>
+    + Sub<f32, Output = Self>
+    + Mul<Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<Output = Self>
+    + Div<f32, Output = Self>
+    + Neg<Output = Self>
+{
+    /// The lanes they are in.
+    type L: Lanes<F = Self>;
+
+    /// Writes the lanes to the first elements of `to`.
+    fn store(self, to: &mut [f32]);
+    /// One lane.
+    fn lane(self, i: usize) -> f32;
+    /// Correctly rounded square root.
+    fn sqrt(self) -> Self;
+    /// `self * a + b`, fused where the machine can.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// The smaller of two numbers.
+    fn min(self, b: Self) -> Self;
+    /// The larger of two numbers.
+    fn max(self, b: Self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Nearest integer, ties to even.
+    fn round(self) -> Self;
+    /// Towards zero, for values in [0, 2^31).
+    fn to_uint(self) -> <Self::L as Lanes>::U;
+    /// `self < b`
+    fn lt(self, b: Self) -> <Self::L as Lanes>::M;
+    /// `self <= b`
+    fn le(self, b: Self) -> <Self::L as Lanes>::M;
+    /// `self > b`
+    fn gt(self, b: Self) -> <Self::L as Lanes>::M;
+    /// `self >= b`
+    fn ge(self, b: Self) -> <Self::L as Lanes>::M;
+}
+
+/// Unsigned integers in lanes, wrapping arithmetic.
+pub trait Uint:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + BitXor<Output = Self>
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + Shl<u32, Output = Self>
+    + Shr<u32, Output = Self>
+{
+    /// The lanes they are in.
+    type L: Lanes<U = Self>;
+
+    /// One lane.
+    fn lane(self, i: usize) -> u32;
+    /// As floats; exact below 2^24, values below 2^31 only.
+    fn to_real(self) -> <Self::L as Lanes>::F;
+    /// `self == b`
+    fn eq(self, b: Self) -> <Self::L as Lanes>::M;
+    /// `self < b`
+    fn lt(self, b: Self) -> <Self::L as Lanes>::M;
+}
+
+/// Truth values in lanes.
+pub trait Mask:
+    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self> + Not<Output = Self>
+{
+    /// The lanes they are in.
+    type L: Lanes<M = Self>;
+
+    /// True in at least one lane.
+    fn any(self) -> bool;
+    /// True in every lane.
+    fn all(self) -> bool;
+    /// Bit i is lane i.
+    fn bits(self) -> u32;
+    /// `a` where true, `b` elsewhere.
+    fn select(self, a: <Self::L as Lanes>::F, b: <Self::L as Lanes>::F) -> <Self::L as Lanes>::F;
+    /// `a` where true, `b` elsewhere.
+    fn select_u(self, a: <Self::L as Lanes>::U, b: <Self::L as Lanes>::U) -> <Self::L as Lanes>::U;
+}
+
+// ---------------------------------------------------------------------------------------------
+// Sixteen lanes
+
+/// Sixteen lanes on the vector unit that the token `S` stands for.
+#[derive(Clone, Copy)]
+pub struct Wide<S: Simd>(pub S);
+
+impl<S: Simd> Lanes for Wide<S> {
+    const N: usize = 16;
+    type F = f32x16<S>;
+    type U = u32x16<S>;
+    type M = mask32x16<S>;
+
+    #[inline(always)]
+    fn f(self, v: f32) -> f32x16<S> {
+        f32x16::splat(self.0, v)
+    }
+    #[inline(always)]
+    fn u(self, v: u32) -> u32x16<S> {
+        u32x16::splat(self.0, v)
+    }
+    #[inline(always)]
+    fn m(self, v: bool) -> mask32x16<S> {
+        mask32x16::splat(self.0, v)
+    }
+    #[inline(always)]
+    fn iota(self) -> u32x16<S> {
+        u32x16::simd_from(self.0, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15])
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> f32x16<S> {
+        f32x16::from_slice(self.0, &from[..16])
+    }
+    #[inline(always)]
+    fn gather(self, table: &[f32], index: u32x16<S>) -> f32x16<S> {
+        let mut out = [0.0; 16];
+        for i in 0..16 {
+            out[i] = table[index[i] as usize];
+        }
+        f32x16::simd_from(self.0, out)
+    }
+}
+
+impl<S: Simd> Real for f32x16<S> {
+    type L = Wide<S>;
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        self.store_slice(&mut to[..16]);
+    }
+    #[inline(always)]
+    fn lane(self, i: usize) -> f32 {
+        self[i]
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        fearless_simd::SimdFloat::sqrt(self)
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        fearless_simd::SimdFloat::mul_add(self, a, b)
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        fearless_simd::SimdBase::min(self, b)
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        fearless_simd::SimdBase::max(self, b)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        fearless_simd::SimdBase::abs(self)
+    }
+    #[inline(always)]
+    fn round(self) -> Self {
+        self.round_ties_even()
+    }
+    #[inline(always)]
+    fn to_uint(self) -> u32x16<S> {
+        let i: i32x16<S> = self.to_int();
+        i.bitcast()
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> mask32x16<S> {
+        self.simd_lt(b)
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> mask32x16<S> {
+        self.simd_le(b)
+    }
+    #[inline(always)]
+    fn gt(self, b: Self) -> mask32x16<S> {
+        self.simd_gt(b)
+    }
+    #[inline(always)]
+    fn ge(self, b: Self) -> mask32x16<S> {
+        self.simd_ge(b)
+    }
+}
+
+impl<S: Simd> Uint for u32x16<S> {
+    type L = Wide<S>;
+
+    #[inline(always)]
+    fn lane(self, i: usize) -> u32 {
+        self[i]
+    }
+    #[inline(always)]
+    fn to_real(self) -> f32x16<S> {
+        let i: i32x16<S> = self.bitcast();
+        i.to_float()
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> mask32x16<S> {
+        self.simd_eq(b)
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> mask32x16<S> {
+        self.simd_lt(b)
+    }
+}
+
+impl<S: Simd> Mask for mask32x16<S> {
+    type L = Wide<S>;
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.any_true()
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self.all_true()
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.to_bitmask() as u32
+    }
+    #[inline(always)]
+    fn select(self, a: f32x16<S>, b: f32x16<S>) -> f32x16<S> {
+        fearless_simd::Select::select(self, a, b)
+    }
+    #[inline(always)]
+    fn select_u(self, a: u32x16<S>, b: u32x16<S>) -> u32x16<S> {
+        fearless_simd::Select::select(self, a, b)
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// One lane
+
+/// One lane: plain scalars.
+#[derive(Clone, Copy, Debug)]
+pub struct Single;
+
+/// A `u32` that wraps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wrapping(pub u32);
+
+impl Lanes for Single {
+    const N: usize = 1;
+    type F = f32;
+    type U = Wrapping;
+    type M = bool;
+
+    #[inline(always)]
+    fn f(self, v: f32) -> f32 {
+        v
+    }
+    #[inline(always)]
+    fn u(self, v: u32) -> Wrapping {
+        Wrapping(v)
+    }
+    #[inline(always)]
+    fn m(self, v: bool) -> bool {
+        v
+    }
+    #[inline(always)]
+    fn iota(self) -> Wrapping {
+        Wrapping(0)
+    }
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> f32 {
+        from[0]
+    }
+    #[inline(always)]
+    fn gather(self, table: &[f32], index: Wrapping) -> f32 {
+        table[index.0 as usize]
+    }
+}
+
+impl Real for f32 {
+    type L = Single;
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32]) {
+        to[0] = self;
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> f32 {
+        self
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f32::sqrt(self)
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        // Not `f32::mul_add`, which is a library call where the target has no fused instruction.
+        self * a + b
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        f32::min(self, b)
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        f32::max(self, b)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32::abs(self)
+    }
+    #[inline(always)]
+    fn round(self) -> Self {
+        self.round_ties_even()
+    }
+    #[inline(always)]
+    fn to_uint(self) -> Wrapping {
+        Wrapping(self as u32)
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> bool {
+        self < b
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> bool {
+        self <= b
+    }
+    #[inline(always)]
+    fn gt(self, b: Self) -> bool {
+        self > b
+    }
+    #[inline(always)]
+    fn ge(self, b: Self) -> bool {
+        self >= b
+    }
+}
+
+macro_rules! wrapping_ops {
+    ($($op:ident $fn:ident $how:ident),*) => {$(
+        impl $op for Wrapping {
+            type Output = Self;
+            #[inline(always)]
+            fn $fn(self, b: Self) -> Self {
+                Self(self.0.$how(b.0))
+            }
+        }
+    )*};
+}
+wrapping_ops!(
+    Add add wrapping_add,
+    Sub sub wrapping_sub,
+    Mul mul wrapping_mul,
+    BitXor bitxor bitxor,
+    BitAnd bitand bitand,
+    BitOr bitor bitor
+);
+
+impl Shl<u32> for Wrapping {
+    type Output = Self;
+    #[inline(always)]
+    fn shl(self, n: u32) -> Self {
+        Self(self.0 << n)
+    }
+}
+
+impl Shr<u32> for Wrapping {
+    type Output = Self;
+    #[inline(always)]
+    fn shr(self, n: u32) -> Self {
+        Self(self.0 >> n)
+    }
+}
+
+impl Uint for Wrapping {
+    type L = Single;
+
+    #[inline(always)]
+    fn lane(self, _: usize) -> u32 {
+        self.0
+    }
+    #[inline(always)]
+    fn to_real(self) -> f32 {
+        self.0 as f32
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> bool {
+        self.0 == b.0
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> bool {
+        self.0 < b.0
+    }
+}
+
+impl Mask for bool {
+    type L = Single;
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+    #[inline(always)]
+    fn select(self, a: f32, b: f32) -> f32 {
+        if self { a } else { b }
+    }
+    #[inline(always)]
+    fn select_u(self, a: Wrapping, b: Wrapping) -> Wrapping {
+        if self { a } else { b }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Vectors of three
+
+/// A point, direction or colour in every lane.
+#[derive(Clone, Copy)]
+pub struct V3<L: Lanes> {
+    /// First component, or red.
+    pub x: L::F,
+    /// Second component, or green.
+    pub y: L::F,
+    /// Third component, or blue.
+    pub z: L::F,
+}
+
+impl<L: Lanes> V3<L> {
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat(l: L, v: glam::Vec3) -> Self {
+        Self { x: l.f(v.x), y: l.f(v.y), z: l.f(v.z) }
+    }
+    /// The same number in every component.
+    #[inline(always)]
+    pub fn all(v: L::F) -> Self {
+        Self { x: v, y: v, z: v }
+    }
+    /// Inner product.
+    #[inline(always)]
+    pub fn dot(self, b: Self) -> L::F {
+        self.x.mul_add(b.x, self.y.mul_add(b.y, self.z * b.z))
+    }
+    /// Cross product.
+    #[inline(always)]
+    pub fn cross(self, b: Self) -> Self {
+        Self { x: self.y * b.z - self.z * b.y, y: self.z * b.x - self.x * b.z, z: self.x * b.y - self.y * b.x }
+    }
+    /// Component by component, for colours.
+    #[inline(always)]
+    pub fn times(self, b: Self) -> Self {
+        Self { x: self.x * b.x, y: self.y * b.y, z: self.z * b.z }
+    }
+    /// `self * s + b`
+    #[inline(always)]
+    pub fn scale_add(self, s: L::F, b: Self) -> Self {
+        Self { x: self.x.mul_add(s, b.x), y: self.y.mul_add(s, b.y), z: self.z.mul_add(s, b.z) }
+    }
+    /// Unit vector of the same direction.
+    #[inline(always)]
+    pub fn normalize(self, l: L) -> Self {
+        self * (l.f(1.0) / self.dot(self).sqrt())
+    }
+    /// `a` where true, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(m: L::M, a: Self, b: Self) -> Self {
+        Self { x: m.select(a.x, b.x), y: m.select(a.y, b.y), z: m.select(a.z, b.z) }
+    }
+}
+
+impl<L: Lanes> Add for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self { x: self.x + b.x, y: self.y + b.y, z: self.z + b.z }
+    }
+}
+
+impl<L: Lanes> Sub for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self { x: self.x - b.x, y: self.y - b.y, z: self.z - b.z }
+    }
+}
+
+impl<L: Lanes> Mul<L::F> for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, s: L::F) -> Self {
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+}
+
+impl<L: Lanes> Neg for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
+
+/// Short name of the level that [`Wide`] runs at.
+pub fn level_name(level: Level) -> &'static str {
+    let text = format!("{level:?}");
+    if text.starts_with("Avx512") {
+        "AVX-512"
+    } else if text.starts_with("Avx2") {
+        "AVX2"
+    } else if text.starts_with("Sse4_2") {
+        "SSE4.2"
+    } else if text.starts_with("Sse2") {
+        "SSE2"
+    } else if text.starts_with("Neon") {
+        "NEON"
+    } else {
+        "scalar"
+    }
+}

@@ -1,0 +1,124 @@
+//! Primitives and their intersection with a packet of rays.
+
+use glam::{DVec3, Vec3};
+
+use crate::lanes::{Lanes, Mask, Real, V3};
+
+/// A triangle or a parallelogram: `p0 + u e1 + v e2` with u, v >= 0 and u + v <= 1, or both <= 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    /// The corner both edges start from.
+    pub p0: Vec3,
+    /// First edge.
+    pub e1: Vec3,
+    /// Second edge.
+    pub e2: Vec3,
+    /// Unit normal, the side that a light emits from.
+    pub normal: Vec3,
+    /// `u = u_axis . (p - p0)` for points p of the plane.
+    u_axis: Vec3,
+    /// `v = v_axis . (p - p0)` for points p of the plane.
+    v_axis: Vec3,
+    /// Area in square units.
+    pub area: f32,
+    /// Parallelogram rather than triangle.
+    pub quad: bool,
+    /// Index of the shape it belongs to.
+    pub shape: u32,
+}
+
+impl Facet {
+    /// The facet spanned by two edges; `None` if they do not span an area. `flip` turns the normal
+    /// `e1 x e2` round. The axes are worked out in f64 from the f32 corners.
+    pub fn new(p0: Vec3, p1: Vec3, p2: Vec3, quad: bool, flip: bool, shape: u32) -> Option<Self> {
+        let (o, a, b) = (p0.as_dvec3(), p1.as_dvec3(), p2.as_dvec3());
+        let (e1, e2) = (a - o, b - o);
+        let n = e1.cross(e2);
+        let double_area = n.length();
+        let unit = n / double_area;
+        // Duals of the edges in their plane.
+        let u_axis: DVec3 = e2.cross(unit) / e1.dot(e2.cross(unit));
+        let v_axis: DVec3 = unit.cross(e1) / e2.dot(unit.cross(e1));
+        if !(u_axis.as_vec3().is_finite() && v_axis.as_vec3().is_finite()) || double_area <= 0.0 {
+            return None;
+        }
+        Some(Self {
+            p0,
+            e1: e1.as_vec3(),
+            e2: e2.as_vec3(),
+            normal: if flip { -unit } else { unit }.as_vec3(),
+            u_axis: u_axis.as_vec3(),
+            v_axis: v_axis.as_vec3(),
+            area: (if quad { double_area } else { 0.5 * double_area }) as f32,
+            quad,
+            shape,
+        })
+    }
+
+    /// Corners, three or four.
+    pub fn corners(&self) -> impl Iterator<Item = Vec3> {
+        let last = self.quad.then_some(self.p0 + self.e1 + self.e2);
+        [self.p0, self.p0 + self.e1, self.p0 + self.e2].into_iter().chain(last)
+    }
+
+    /// Distance along each ray to the plane, and whether the point there is inside. The distance
+    /// may be negative or not a number where the answer is no.
+    #[inline(always)]
+    pub fn intersect<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> (L::F, L::M) {
+        let normal = V3::splat(l, self.normal);
+        let from_p0 = origin - V3::splat(l, self.p0);
+        let t = -(normal.dot(from_p0)) / normal.dot(dir);
+        let q = dir.scale_add(t, from_p0);
+        let u = V3::splat(l, self.u_axis).dot(q);
+        let v = V3::splat(l, self.v_axis).dot(q);
+        let upper = if self.quad { u.max(v) } else { u + v };
+        (t, u.min(v).ge(l.f(0.0)) & upper.le(l.f(1.0)))
+    }
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug)]
+pub struct Ball {
+    /// Centre.
+    pub center: Vec3,
+    /// Radius.
+    pub radius: f32,
+    /// The normal points to the centre.
+    pub inward: bool,
+    /// Index of the shape it belongs to.
+    pub shape: u32,
+}
+
+/// Where a packet of unit-direction rays meets a sphere.
+pub struct BallHit<L: Lanes> {
+    /// First intersection along the ray (negative if behind the origin).
+    pub near: L::F,
+    /// Second intersection.
+    pub far: L::F,
+    /// Whether the line meets the sphere at all.
+    pub meets: L::M,
+}
+
+impl Ball {
+    /// Both intersections with the lines `origin + t dir`, `dir` of length 1. The distance of the
+    /// line to the centre is taken from the vector between them: the difference of squares would
+    /// lose the smallest lights (radius 0.03 at distance 15) to cancellation in f32.
+    #[inline(always)]
+    pub fn intersect<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> BallHit<L> {
+        let to_center = V3::splat(l, self.center) - origin;
+        let along = to_center.dot(dir);
+        let off = to_center - dir * along;
+        let half2 = l.f(self.radius * self.radius) - off.dot(off);
+        let half = half2.max(l.f(0.0)).sqrt();
+        BallHit { near: along - half, far: along + half, meets: half2.ge(l.f(0.0)) }
+    }
+
+    /// Nearest intersection beyond `t_min`; infinite if there is none.
+    #[inline(always)]
+    pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> L::F {
+        let hit = self.intersect(l, origin, dir);
+        let infinite = l.f(f32::INFINITY);
+        let far = (hit.meets & hit.far.gt(t_min)).select(hit.far, infinite);
+        (hit.meets & hit.near.gt(t_min)).select(hit.near, far)
+    }
+}
