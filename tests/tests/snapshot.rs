@@ -358,7 +358,7 @@ fn patched(from: &str, to: &str) -> Vec<u8> {
 fn edited_settings_and_scenes_are_checked() {
     let folder = folder();
     for (from, to, word) in [
-        ("\"light_prob\":0.1", "\"light_prob\":9.1", "light probability 9.1"),
+        ("\"light_prob\":0.1", "\"light_prob\":9.1", "mislabSettings: light probability 9.1"),
         ("\"light_prob\":0.1", "\"light_prob\":NaN", "mislabSettings"),
         ("\"strategy\":\"mis\"", "\"strategy\":\"mix\"", "mix"),
         ("\"strata\":[6,7]", "\"strata\":[0,7]", "0 x 7 strata"),
