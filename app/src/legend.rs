@@ -1,0 +1,238 @@
+//! What the colours of the picture mean: name, colour bar with its range, hatching for undefined.
+
+use std::sync::Arc;
+
+use eframe::egui::{
+    self, Align2, Color32, FontId, Galley, Mesh, Pos2, Rect, Role, Sense, Shape, TextStyle, Vec2, pos2, vec2,
+};
+use mislab_renderer::Layer;
+
+use crate::tone::{self, HATCH_PERIOD};
+use crate::view_state::{ViewState, is_colour, layer_name};
+
+const BAR_HEIGHT: f32 = 16.0;
+const BAR_WIDTH: f32 = 280.0;
+const MIN_BAR_WIDTH: f32 = 140.0;
+const TICK: f32 = 4.0;
+const GAP: f32 = 4.0;
+const PLATE_MARGIN: f32 = 8.0;
+
+/// The legend of the layer shown, without a background. Its size depends on the layer and on the width at hand only.
+pub fn legend_ui(ui: &mut egui::Ui, view: &ViewState, dark: bool) -> egui::Response {
+    let legend = Legend::new(ui, view, dark, ui.available_width());
+    let (rect, response) = ui.allocate_exact_size(legend.size, Sense::hover());
+    legend.paint(ui.painter(), rect.min);
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
+    response
+}
+
+/// The legend on a plate in the lower left corner of the viewport.
+pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, view: &ViewState, dark: bool) {
+    let legend = Legend::new(ui, view, dark, viewport.width() - 4.0 * PLATE_MARGIN);
+    let size = legend.size + Vec2::splat(2.0 * PLATE_MARGIN);
+    let corner = viewport.left_bottom() + vec2(PLATE_MARGIN, -PLATE_MARGIN - size.y);
+    let plate = Rect::from_min_size(corner, size);
+    let painter = ui.painter_at(viewport);
+    painter.rect_filled(plate, 4.0, ui.visuals().panel_fill);
+    legend.paint(&painter, plate.min + Vec2::splat(PLATE_MARGIN));
+    let response = ui.interact(plate, ui.scope_id().with("legend"), Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
+}
+
+/// A legend laid out.
+struct Legend {
+    title: Arc<Galley>,
+    /// Under the title for colour layers, which have no bar.
+    note: Option<Arc<Galley>>,
+    bar: Option<Bar>,
+    text: Color32,
+    size: Vec2,
+    /// For screen readers and tests.
+    spoken: String,
+}
+
+struct Bar {
+    width: f32,
+    /// Colours from left to right, evenly spaced.
+    colours: Vec<Color32>,
+    /// Position in [0, 1] and the text, where there is room for one; the first and the last are aligned to the ends.
+    ticks: Vec<(f32, Option<Arc<Galley>>)>,
+    undefined: Arc<Galley>,
+    hatch: [Color32; 2],
+}
+
+impl Legend {
+    fn new(ui: &egui::Ui, view: &ViewState, dark: bool, available: f32) -> Self {
+        let text = ui.visuals().strong_text_color();
+        let body = TextStyle::Body.resolve(ui.style());
+        let small = FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body.clone() };
+        let line = |words: String, font: &FontId| ui.painter().layout_no_wrap(words, font.clone(), text);
+        let name = layer_name(view.layer);
+        let title = line(name.to_owned(), &body);
+        if is_colour(view.layer) {
+            let words = colour_note(view);
+            let spoken = format!("Legend: {name}, {words}");
+            let note = line(words, &small);
+            let size = vec2(title.size().x.max(note.size().x), title.size().y + note.size().y);
+            return Self { title, note: Some(note), bar: None, text, size, spoken };
+        }
+        let undefined = line("undefined".to_owned(), &small);
+        let aside = 2.0 * GAP + BAR_HEIGHT + GAP + undefined.size().x;
+        let width = (available - aside).clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
+        let words = tick_words(view);
+        let spoken = format!(
+            "Legend: {name}, {}, hatched: undefined",
+            words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
+        );
+        let galleys: Vec<_> = words.into_iter().map(|(at, words)| (at, line(words, &small))).collect();
+        let tick_height = galleys.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
+        let ticks = fitting(galleys, width);
+        let size = vec2(title.size().x.max(width + aside), title.size().y + GAP + BAR_HEIGHT + TICK + tick_height);
+        let bar = Bar { width, colours: bar_colours(view, dark), ticks, undefined, hatch: tone::hatch(dark) };
+        Self { title, note: None, bar: Some(bar), text, size, spoken }
+    }
+
+    fn paint(&self, painter: &egui::Painter, at: Pos2) {
+        painter.galley(at, self.title.clone(), self.text);
+        let below = at + vec2(0.0, self.title.size().y);
+        if let Some(note) = &self.note {
+            painter.galley(below, note.clone(), self.text);
+        }
+        if let Some(bar) = &self.bar {
+            bar.paint(painter, below + vec2(0.0, GAP), self.text);
+        }
+    }
+}
+
+impl Bar {
+    fn paint(&self, painter: &egui::Painter, at: Pos2, ink: Color32) {
+        let rect = Rect::from_min_size(at, vec2(self.width, BAR_HEIGHT));
+        let outline = egui::Stroke::new(1.0, ink.gamma_multiply(0.6));
+        painter.add(gradient(rect, &self.colours));
+        painter.rect_stroke(rect, 0.0, outline, egui::StrokeKind::Outside);
+        for (i, (position, galley)) in self.ticks.iter().enumerate() {
+            let x = rect.left() + position * rect.width();
+            painter.vline(x, rect.bottom()..=rect.bottom() + TICK, outline);
+            let anchor = if i == 0 {
+                Align2::LEFT_TOP
+            } else if i + 1 == self.ticks.len() {
+                Align2::RIGHT_TOP
+            } else {
+                Align2::CENTER_TOP
+            };
+            if let Some(galley) = galley {
+                let place = anchor.anchor_size(pos2(x, rect.bottom() + TICK), galley.size());
+                painter.galley(place.min, galley.clone(), ink);
+            }
+        }
+        let swatch = Rect::from_min_size(rect.right_top() + vec2(2.0 * GAP, 0.0), Vec2::splat(BAR_HEIGHT));
+        paint_hatch(painter, swatch, self.hatch);
+        painter.rect_stroke(swatch, 0.0, outline, egui::StrokeKind::Outside);
+        let words = Align2::LEFT_CENTER.anchor_size(swatch.right_center() + vec2(GAP, 0.0), self.undefined.size());
+        painter.galley(words.min, self.undefined.clone(), ink);
+    }
+}
+
+/// Exposure, offset and tone map in words.
+fn colour_note(view: &ViewState) -> String {
+    let offset = if view.offset == 0.0 { String::new() } else { format!(", offset {:+.2}", view.offset) };
+    format!("EV {:+.1}{offset}, {}", view.exposure_ev, view.tone_map.name())
+}
+
+/// What stands under the bar, from left to right.
+fn tick_words(view: &ViewState) -> Vec<(f32, String)> {
+    let three = |low: &str, high: &str| vec![(0.0, low.to_owned()), (0.5, "1/2".to_owned()), (1.0, high.to_owned())];
+    match view.layer {
+        Layer::ShareLight => three("0 all BSDF", "1 all light"),
+        Layer::WeightLight => three("0 left to BSDF", "1 light only"),
+        Layer::WeightBsdf => three("0 left to light", "1 BSDF only"),
+        Layer::Picture | Layer::Light | Layer::Bsdf => Vec::new(),
+        Layer::Variance => decades(tone::variance_range(view)),
+    }
+}
+
+/// The two ends, which stand for all beyond them, and the whole decades between.
+fn decades([low, high]: [f32; 2]) -> Vec<(f32, String)> {
+    let at = |log10: f32| (log10 - low) / (high - low);
+    let mut ticks = vec![(0.0, format!("≤{}", power(low)))];
+    // Keeps clear of the ends, whose text is wider.
+    let inner = (low.floor() as i32 + 1..high.ceil() as i32).filter(|n| (0.05..0.95).contains(&at(*n as f32)));
+    ticks.extend(inner.map(|n| (at(n as f32), power(n as f32))));
+    ticks.push((1.0, format!("≥{}", power(high))));
+    ticks
+}
+
+/// 10 to a power as people read it.
+fn power(log10: f32) -> String {
+    let value = 10_f64.powf(f64::from(log10));
+    let whole = (log10 - log10.round()).abs() < 1e-4;
+    match log10 {
+        ..-3.01 | 4.01.. if whole => format!("1e{log10:.0}"),
+        ..-3.01 | 4.01.. => format!("{value:.1e}"),
+        _ if whole && log10 < 0.0 => format!("{value:.*}", -log10.round() as usize),
+        _ if whole => format!("{value:.0}"),
+        _ if value >= 10.0 => format!("{value:.0}"),
+        _ => format!("{value:.*}", (1.0 - log10).ceil().max(1.0) as usize),
+    }
+}
+
+/// Takes away the text that would run into its neighbour's; the two ends keep theirs.
+fn fitting(ticks: Vec<(f32, Arc<Galley>)>, width: f32) -> Vec<(f32, Option<Arc<Galley>>)> {
+    const BETWEEN: f32 = 8.0;
+    let last = ticks.len().saturating_sub(1);
+    let last_left = ticks.last().map_or(width, |(_, galley)| width - galley.size().x - BETWEEN);
+    let mut free_from = 0.0;
+    let keep = |(i, (at, galley)): (usize, (f32, Arc<Galley>))| {
+        let half = galley.size().x / 2.0;
+        let middle = if i == 0 { half } else { at * width };
+        let fits = i == 0 || i == last || (middle - half >= free_from && middle + half <= last_left);
+        if fits {
+            free_from = middle + half + BETWEEN;
+        }
+        (at, fits.then_some(galley))
+    };
+    ticks.into_iter().enumerate().map(keep).collect()
+}
+
+/// The colours along the bar, as the picture shows them.
+fn bar_colours(view: &ViewState, dark: bool) -> Vec<Color32> {
+    const STEPS: usize = 64;
+    let map = tone::colour_map(view.layer, dark);
+    (0..=STEPS)
+        .map(|i| {
+            let t = i as f32 / STEPS as f32;
+            // The number grows to the right; amber stays with the light technique.
+            let t = if view.layer == Layer::WeightBsdf { 1.0 - t } else { t };
+            let [r, g, b] = map.at(t).map(|v| (v * 255.0).round() as u8);
+            Color32::from_rgb(r, g, b)
+        })
+        .collect()
+}
+
+fn gradient(rect: Rect, colours: &[Color32]) -> Shape {
+    let mut mesh = Mesh::default();
+    let last = (colours.len().max(2) - 1) as f32;
+    for (i, colour) in colours.iter().enumerate() {
+        let x = rect.left() + rect.width() * i as f32 / last;
+        mesh.colored_vertex(pos2(x, rect.top()), *colour);
+        mesh.colored_vertex(pos2(x, rect.bottom()), *colour);
+        if i > 0 {
+            let next = 2 * i as u32;
+            mesh.add_triangle(next - 2, next - 1, next);
+            mesh.add_triangle(next - 1, next, next + 1);
+        }
+    }
+    Shape::mesh(mesh)
+}
+
+/// The hatching of the shader, in shapes.
+fn paint_hatch(painter: &egui::Painter, rect: Rect, [ground, stripe]: [Color32; 2]) {
+    let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
+    painter.rect_filled(rect, 0.0, ground);
+    let stroke = egui::Stroke::new(HATCH_PERIOD / 2.0 * std::f32::consts::FRAC_1_SQRT_2, stripe);
+    let (mut x, end) = (rect.left(), rect.right() + rect.height());
+    while x <= end {
+        painter.line_segment([pos2(x, rect.top()), pos2(x - rect.height(), rect.bottom())], stroke);
+        x += HATCH_PERIOD;
+    }
+}

@@ -1,0 +1,289 @@
+//! The picture on screen: drawing, zoom, pan, values of pixels.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Role, Sense, emath::GuiRounding, pos2, vec2};
+use eframe::egui_wgpu;
+use mislab_renderer::{Frame, Layer, PixelRect};
+
+use crate::film_texture::{FilmTexture, Planes};
+pub use crate::legend::{legend_overlay, legend_ui};
+pub use crate::tone::surround;
+use crate::tone::{self, Uniforms};
+pub use crate::view_state::Geometry;
+use crate::view_state::{ViewState, is_colour, layer_name};
+
+/// From this size of an image pixel on screen, in points, its numbers are written into it.
+const VALUES_FROM: f32 = 60.0;
+
+/// Points of scrolling that double the scale.
+const SCROLL_PER_DOUBLING: f32 = 120.0;
+
+/// One picture on screen: what is on the GPU, or its stand-in on the CPU. All of it can be made anew at any time.
+pub struct Viewport {
+    gpu: Option<FilmTexture>,
+    cpu: Option<CpuPicture>,
+    /// The layer last taken from a frame.
+    planes: Option<(Arc<Frame>, Arc<Planes>)>,
+}
+
+/// A picture drawn without the shader, and what it was drawn from.
+struct CpuPicture {
+    planes: Arc<Planes>,
+    uniforms: Uniforms,
+    size: [usize; 2],
+    texture: egui::TextureHandle,
+}
+
+/// What a pass over the viewport found.
+pub struct ViewportResponse {
+    /// Of the whole viewport, surround included.
+    pub response: egui::Response,
+    /// The pixel under the pointer, in coordinates of the full image; only where the frame has numbers.
+    pub hovered_pixel: Option<[u32; 2]>,
+    /// Where the picture lies; `None` without a frame.
+    pub geometry: Option<Geometry>,
+}
+
+impl Viewport {
+    /// A viewport that draws on that device, or on the CPU if there is none or it refuses the shader.
+    pub fn new(render_state: Option<&egui_wgpu::RenderState>) -> Self {
+        Self { gpu: render_state.and_then(FilmTexture::new), cpu: None, planes: None }
+    }
+
+    /// Whether pictures are drawn by the shader.
+    pub fn on_gpu(&self) -> bool {
+        self.gpu.is_some()
+    }
+
+    /// Draws the frame over all that is left of `ui` and lets wheel, pinch, drag and double click change
+    /// `view.placement`. A `stale` frame is one of older settings: it is faded and labelled.
+    pub fn ui(
+        &mut self,
+        ui: &mut egui::Ui,
+        view: &mut ViewState,
+        frame: Option<&Arc<Frame>>,
+        stale: bool,
+        dark: bool,
+    ) -> ViewportResponse {
+        let planes = frame.map(|frame| self.planes_of(frame, view.layer));
+        self.planes_ui(ui, view, planes.as_ref(), stale, dark)
+    }
+
+    /// [`Self::ui`] for numbers that come from elsewhere than a frame. They are uploaded again only when the `Arc` is
+    /// another one.
+    pub fn planes_ui(
+        &mut self,
+        ui: &mut egui::Ui,
+        view: &mut ViewState,
+        planes: Option<&Arc<Planes>>,
+        stale: bool,
+        dark: bool,
+    ) -> ViewportResponse {
+        let ppp = ui.pixels_per_point();
+        let rect = ui.available_rect_before_wrap().round_to_pixels(ppp);
+        let response = ui.allocate_rect(rect, Sense::click_and_drag());
+        let label = match view.layer {
+            Layer::Picture => "Picture".to_owned(),
+            layer => format!("Picture: {}", layer_name(layer)),
+        };
+        response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &label));
+        let painter = ui.painter_at(rect);
+        // Runs without a frame too, so that the first frame of a picture does not fade in or out.
+        let fade_seconds = ui.style().animation_time;
+        let faded = ui.ctx().animate_bool_with_time(response.id.with("stale"), stale, fade_seconds);
+
+        let Some(planes) = planes.filter(|planes| planes.bounds().area() > 0) else {
+            painter.rect_filled(rect, 0.0, surround(dark));
+            return ViewportResponse { response, hovered_pixel: None, geometry: None };
+        };
+        let geometry = navigate(ui, &response, view, rect, planes.image());
+        let uniforms = Uniforms::new(planes, view, &geometry, dark).with_stale(faded);
+        self.paint(&painter, rect, planes, uniforms);
+        if planes.bounds() != full(planes.image()) {
+            // The part of the image that a crop window leaves out.
+            let stroke = egui::Stroke::new(1.0, tone::hatch(dark)[1]);
+            painter.rect_stroke(geometry.picture_rect(), 0.0, stroke, egui::StrokeKind::Outside);
+        }
+        draw_values(&painter, planes, &geometry, &uniforms);
+        if faded > 0.0 {
+            draw_stale_tag(&painter, rect, faded);
+        }
+        let hovered_pixel = response.hover_pos().and_then(|at| pixel_at(planes.bounds(), geometry.to_image(at)));
+        ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
+    }
+
+    /// The layer of the frame, taken out of it only when frame or layer changed.
+    fn planes_of(&mut self, frame: &Arc<Frame>, layer: Layer) -> Arc<Planes> {
+        match &self.planes {
+            Some((held, planes)) if Arc::ptr_eq(held, frame) && planes.layer() == layer => planes.clone(),
+            _ => {
+                let planes = Arc::new(Planes::from_frame(frame, layer));
+                self.planes = Some((frame.clone(), planes.clone()));
+                planes
+            }
+        }
+    }
+
+    fn paint(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
+        if let Some(callback) = self.gpu.as_mut().and_then(|gpu| gpu.paint(planes, uniforms)) {
+            self.cpu = None;
+            painter.add(egui_wgpu::Callback::new_paint_callback(rect, callback));
+        } else {
+            self.paint_on_cpu(painter, rect, planes, uniforms);
+        }
+    }
+
+    /// The same picture without the shader, pixel of the screen by pixel of the screen: its cost depends on the size of
+    /// the viewport and not on that of the picture.
+    fn paint_on_cpu(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
+        let ctx = painter.ctx();
+        let wanted = (rect.size() * ctx.pixels_per_point()).round();
+        // A viewport beyond the largest texture is drawn in coarser pixels.
+        let limit = ctx.input(|input| input.max_texture_side).max(1) as f32;
+        let factor = (wanted.max_elem() / limit).ceil().max(1.0);
+        let size = [wanted.x, wanted.y].map(|v| (v / factor) as usize);
+        if size.contains(&0) {
+            return;
+        }
+        let uniforms = if factor > 1.0 { uniforms.coarser(factor) } else { uniforms };
+        let current = self
+            .cpu
+            .as_ref()
+            .is_some_and(|held| Arc::ptr_eq(&held.planes, planes) && held.uniforms == uniforms && held.size == size);
+        if !current {
+            let pixels = tone::render(planes, &uniforms, size);
+            let image = egui::ColorImage::from_rgba_premultiplied(size, &pixels);
+            let texture = match self.cpu.take() {
+                Some(mut held) => {
+                    held.texture.set(image, egui::TextureOptions::NEAREST);
+                    held.texture
+                }
+                None => ctx.load_texture("picture", image, egui::TextureOptions::NEAREST),
+            };
+            self.cpu = Some(CpuPicture { planes: planes.clone(), uniforms, size, texture });
+        }
+        if let Some(picture) = &self.cpu {
+            let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+            painter.image(picture.texture.id(), rect, whole, Color32::WHITE);
+        }
+    }
+}
+
+/// The pixels of the frame as `view` shows them at 100 %, zoom and pan left out: width, height, RGBA8 rows from the top
+/// left.
+pub fn render_to_rgba8(frame: &Frame, view: &ViewState, dark: bool) -> (u32, u32, Vec<u8>) {
+    planes_to_rgba8(&Planes::from_frame(frame, view.layer), view, dark)
+}
+
+/// [`render_to_rgba8`] for numbers that come from elsewhere than a frame.
+pub fn planes_to_rgba8(planes: &Planes, view: &ViewState, dark: bool) -> (u32, u32, Vec<u8>) {
+    let bounds = planes.bounds();
+    let (width, height) = (bounds.width(), bounds.height());
+    let corner = bounds.min.map(|v| v as f32);
+    let geometry = Geometry {
+        viewport: Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32)),
+        image: planes.image(),
+        scale: 1.0,
+        centre: [corner[0] + width as f32 / 2.0, corner[1] + height as f32 / 2.0],
+        origin: corner.map(|v| -v),
+        pixels_per_point: 1.0,
+    };
+    let uniforms = Uniforms::new(planes, view, &geometry, dark);
+    (width, height, tone::render(planes, &uniforms, [width as usize, height as usize]))
+}
+
+/// Zoom and pan by wheel, pinch, drag and double click; the geometry that results.
+fn navigate(ui: &egui::Ui, response: &egui::Response, view: &mut ViewState, rect: Rect, image: [u32; 2]) -> Geometry {
+    let geometry = |view: &ViewState| Geometry::new(rect, image, view.placement, ui.pixels_per_point());
+    if response.double_clicked() {
+        view.fit();
+    }
+    if response.dragged_by(egui::PointerButton::Primary) || response.dragged_by(egui::PointerButton::Middle) {
+        let delta = response.drag_delta();
+        if delta != egui::Vec2::ZERO {
+            view.pan_by(&geometry(view), delta);
+        }
+    }
+    if let Some(pointer) = response.hover_pos() {
+        let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+        let factor = pinch * (scroll / SCROLL_PER_DOUBLING).exp2();
+        if factor != 1.0 {
+            view.zoom_about(&geometry(view), pointer, factor);
+        }
+    }
+    geometry(view)
+}
+
+fn full(image: [u32; 2]) -> PixelRect {
+    PixelRect { min: [0, 0], max: image }
+}
+
+/// The pixel of `bounds` that holds the point `at`.
+fn pixel_at(bounds: PixelRect, at: [f32; 2]) -> Option<[u32; 2]> {
+    let inside = |i: usize| at[i] >= bounds.min[i] as f32 && at[i] < bounds.max[i] as f32;
+    (inside(0) && inside(1)).then(|| at.map(|v| v as u32))
+}
+
+/// Writes the numbers into the pixels when these are large enough on screen.
+fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, uniforms: &Uniforms) {
+    let cell = geometry.scale / geometry.pixels_per_point;
+    if cell < VALUES_FROM {
+        return;
+    }
+    let bounds = planes.bounds();
+    let (from, to) = (geometry.to_image(geometry.viewport.min), geometry.to_image(geometry.viewport.max));
+    let range = |i: usize| {
+        let from = from[i].floor().max(bounds.min[i] as f32) as u32;
+        from..(to[i].ceil().max(0.0) as u32).min(bounds.max[i])
+    };
+    // Nine characters of a monospaced font fit a pixel.
+    let font = FontId::monospace((cell / 6.5).clamp(9.0, 22.0));
+    for y in range(1) {
+        for x in range(0) {
+            let value = planes.value(x - bounds.min[0], y - bounds.min[1]);
+            let shown = tone::at_pixel(uniforms, value);
+            let ink = if luma(shown) > 0.5 { Color32::BLACK } else { Color32::WHITE };
+            let text = if is_colour(planes.layer()) { value.map(number).join("\n") } else { number(value[0]) };
+            let centre = geometry.to_screen([x as f32 + 0.5, y as f32 + 0.5]);
+            painter.text(centre, Align2::CENTER_CENTER, text, font.clone(), ink);
+        }
+    }
+}
+
+/// A number of a pixel in at most nine characters.
+fn number(value: f32) -> String {
+    let size = value.abs();
+    if value.is_nan() {
+        "undefined".to_owned()
+    } else if size == 0.0 || (1e-3..1e4).contains(&size) {
+        let decimals = if size >= 1e3 {
+            1
+        } else if size >= 1e2 {
+            2
+        } else if size >= 10.0 {
+            3
+        } else {
+            4
+        };
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+/// Perceived brightness of a display colour, roughly, in [0, 1].
+fn luma([r, g, b]: [f32; 3]) -> f32 {
+    0.299 * r + 0.587 * g + 0.114 * b
+}
+
+/// Says that the picture is not that of the present settings.
+fn draw_stale_tag(painter: &egui::Painter, rect: Rect, opacity: f32) {
+    let font = FontId::proportional(14.0);
+    let galley = painter.layout_no_wrap("previous settings".to_owned(), font, Color32::WHITE);
+    let plate = Rect::from_min_size(rect.min + vec2(12.0, 12.0), galley.size() + vec2(16.0, 8.0));
+    let mut painter = painter.clone();
+    painter.multiply_opacity(opacity);
+    painter.rect_filled(plate, 4.0, Color32::from_black_alpha(200));
+    painter.galley(plate.min + vec2(8.0, 4.0), galley, Color32::WHITE);
+}
