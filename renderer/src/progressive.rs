@@ -163,6 +163,7 @@ struct Pass {
 }
 
 /// Something for a worker to do, taken from the core under its lock.
+#[expect(clippy::large_enum_variant, reason = "moved once per task, never stored")]
 enum Task {
     Build { picture: u64, generation: u64, request: Request },
     Tile(TileTask),

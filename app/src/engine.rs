@@ -1,0 +1,140 @@
+//! The live picture: what was asked of the renderer, and what came back.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+use mislab_renderer::{Frame, Pace, Picture, Renderer, Request, Status};
+
+/// How long the old picture may stand unmarked after a change: shorter than one notices, longer
+/// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
+const GRACE: Duration = Duration::from_millis(120);
+
+/// One picture in progress.
+pub struct Engine {
+    // Dropped first: the picture leaves before its renderer joins its threads.
+    picture: Option<Picture>,
+    renderer: Option<Renderer>,
+    threads: usize,
+    submitted: Option<Request>,
+    generation: u64,
+    changed_at: Instant,
+    frame: Option<Arc<Frame>>,
+    pace: Pace,
+}
+
+impl Engine {
+    /// Starts the workers; each new frame asks `ctx` for one pass.
+    pub fn new(ctx: &egui::Context, threads: usize) -> Self {
+        let ctx = ctx.clone();
+        // A repaint at once would cost two passes.
+        let renderer = Renderer::new(threads, move || ctx.request_repaint_after(Duration::from_millis(1)));
+        Self {
+            picture: Some(renderer.add_picture()),
+            threads: renderer.threads(),
+            renderer: Some(renderer),
+            submitted: None,
+            generation: 0,
+            changed_at: Instant::now(),
+            frame: None,
+            pace: Pace::Full,
+        }
+    }
+
+    /// Hands over what should be rendered, if that has changed. Returns at once.
+    pub fn submit(&mut self, request: Request) {
+        let Some(picture) = &self.picture else { return };
+        let same = self.submitted.as_ref().is_some_and(|old| {
+            // A scene is compared by its numbers only if it is not the very same one.
+            old.settings == request.settings && (Arc::ptr_eq(&old.scene, &request.scene) || old.scene == request.scene)
+        });
+        if !same {
+            let before = self.generation;
+            self.generation = picture.submit(request.clone());
+            self.submitted = Some(request);
+            if self.generation != before {
+                self.changed_at = Instant::now();
+            }
+        }
+    }
+
+    /// Starts again from the first sample.
+    pub fn restart(&mut self) {
+        if let Some(picture) = &self.picture {
+            self.generation = picture.restart();
+            self.changed_at = Instant::now();
+        }
+    }
+
+    /// Sets the pace, if it is another.
+    pub fn set_pace(&mut self, pace: Pace) {
+        if let Some(picture) = &self.picture
+            && self.pace != pace
+        {
+            picture.set_pace(pace);
+            self.pace = pace;
+        }
+    }
+
+    /// One more pass while held.
+    pub fn step(&self) {
+        if let Some(picture) = &self.picture {
+            picture.step();
+        }
+    }
+
+    /// Takes the newest frame. Returns whether it is a new one.
+    pub fn poll(&mut self) -> bool {
+        let Some(latest) = self.picture.as_ref().and_then(Picture::latest) else { return false };
+        let new = self.frame.as_ref().is_none_or(|old| !Arc::ptr_eq(old, &latest));
+        self.frame = Some(latest);
+        new
+    }
+
+    /// The newest complete frame, perhaps of older settings.
+    pub fn frame(&self) -> Option<&Arc<Frame>> {
+        self.frame.as_ref()
+    }
+
+    /// The newest frame, if it was made with the current settings.
+    pub fn current_frame(&self) -> Option<&Arc<Frame>> {
+        self.frame.as_ref().filter(|frame| frame.generation() == self.generation)
+    }
+
+    /// Whether the frame on screen is of older settings.
+    pub fn is_behind(&self) -> bool {
+        self.frame.is_some() && self.current_frame().is_none()
+    }
+
+    /// How long until an old picture must be marked as one; `None` if there is nothing to mark.
+    pub fn marked_in(&self) -> Option<Duration> {
+        self.is_behind().then(|| GRACE.saturating_sub(self.changed_at.elapsed()))
+    }
+
+    /// What the renderer is doing.
+    pub fn status(&self) -> Option<Status> {
+        self.picture.as_ref().map(Picture::status)
+    }
+
+    /// Worker threads.
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// Version of the settings last handed over.
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// Stops the workers and waits for them.
+    pub fn stop(&mut self) {
+        self.picture = None;
+        self.renderer = None;
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}

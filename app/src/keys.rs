@@ -1,0 +1,192 @@
+//! Every key in one table: what dispatches, what the key sheet shows, what the palette lists.
+
+use eframe::egui::{Context, Event, Key, Modifiers, ThemePreference};
+use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy};
+
+use crate::command::{Command, Shipped, SppTarget};
+use crate::panel::{heuristic_name, sampler_name, strategy_name, weights_name};
+use crate::view_state::{ToneMap, layer_name};
+
+/// A command with its name and, perhaps, its key.
+pub struct Action {
+    /// Section of the key sheet.
+    pub group: &'static str,
+    /// What it does, as the palette lists it.
+    pub name: String,
+    /// The key as written on screen; empty without one.
+    pub keys: &'static str,
+    /// Modifiers and key.
+    pub shortcut: Option<(Modifiers, Key)>,
+    /// What it does.
+    pub command: Command,
+}
+
+const PLAIN: Modifiers = Modifiers::NONE;
+const CTRL: Modifiers = Modifiers::COMMAND;
+const SHIFT: Modifiers = Modifiers::SHIFT;
+
+/// Everything that has a key, in the order of the key sheet.
+#[rustfmt::skip]
+pub fn bindings() -> Vec<Action> {
+    let action = |group, name: &str, keys, modifiers, key, command| Action {
+        group, name: name.into(), keys, shortcut: Some((modifiers, key)), command,
+    };
+    let strategy = |keys, key, s: Strategy| action("Strategy", strategy_name(s), keys, PLAIN, key, Command::SetStrategy(s));
+    vec![
+        strategy("1", Key::Num1, Strategy::Light),
+        strategy("2", Key::Num2, Strategy::Bsdf),
+        strategy("3", Key::Num3, Strategy::MisAll),
+        strategy("4", Key::Num4, Strategy::Mis),
+        action("Rendering", "Pause, go on", "Space", PLAIN, Key::Space, Command::TogglePause),
+        action("Rendering", "One pass", "S", PLAIN, Key::S, Command::Step),
+        action("Rendering", "Restart", "Backspace", PLAIN, Key::Backspace, Command::Restart),
+        action("View", "Brighter by half a stop", "E", PLAIN, Key::E, Command::NudgeExposure(0.5)),
+        action("View", "Darker by half a stop", "Shift+E", SHIFT, Key::E, Command::NudgeExposure(-0.5)),
+        action("View", "More offset", "O", PLAIN, Key::O, Command::NudgeOffset(0.05)),
+        action("View", "Less offset", "Shift+O", SHIFT, Key::O, Command::NudgeOffset(-0.05)),
+        action("View", "Normalise: set the exposure from the picture", "N", PLAIN, Key::N, Command::Normalise),
+        action("View", "Reset exposure, offset, tone map", "R", PLAIN, Key::R, Command::ResetView),
+        action("View", "Next layer", "V", PLAIN, Key::V, Command::CycleLayer(1)),
+        action("View", "Previous layer", "Shift+V", SHIFT, Key::V, Command::CycleLayer(-1)),
+        action("View", "Fit the picture", "F", PLAIN, Key::F, Command::Fit),
+        action("View", "100 %: one pixel to one", "Ctrl+0", CTRL, Key::Num0, Command::ActualSize),
+        action("File", "Open \u{2026}", "Ctrl+O", CTRL, Key::O, Command::Open),
+        action("File", "Open a typed path \u{2026}", "Ctrl+Shift+O", CTRL.plus(SHIFT), Key::O, Command::OpenTyped),
+        action("File", "Save a snapshot", "Ctrl+S", CTRL, Key::S, Command::Save),
+        action("File", "Copy the picture", "Ctrl+C", CTRL, Key::C, Command::CopyPicture),
+        action("File", "Copy the values under the cursor", "Ctrl+Shift+C", CTRL.plus(SHIFT), Key::C, Command::CopyValues),
+        action("Edit", "Undo", "Ctrl+Z", CTRL, Key::Z, Command::Undo),
+        action("Edit", "Redo", "Ctrl+Y", CTRL, Key::Y, Command::Redo),
+        action("Window", "Projector view: hide the panels", "Ctrl+B", CTRL, Key::B, Command::TogglePanels),
+        action("Window", "Full screen", "F11", PLAIN, Key::F11, Command::ToggleFullScreen),
+        action("Window", "Larger", "Ctrl++", CTRL, Key::Plus, Command::ZoomInterface(Some(1.1))),
+        action("Window", "Smaller", "Ctrl+\u{2212}", CTRL, Key::Minus, Command::ZoomInterface(Some(1.0 / 1.1))),
+        action("Window", "The tutorial's table", "T", PLAIN, Key::T, Command::ToggleTable),
+        action("Window", "All commands", "Ctrl+Shift+P", CTRL.plus(SHIFT), Key::P, Command::TogglePalette),
+        action("Window", "Keys", "?", PLAIN, Key::Questionmark, Command::ToggleHelp),
+    ]
+}
+
+/// Second ways to the same commands, which the key sheet does not list.
+fn aliases() -> [(Modifiers, Key, Command); 4] {
+    [
+        (CTRL.plus(SHIFT), Key::Z, Command::Redo),
+        (CTRL, Key::Equals, Command::ZoomInterface(Some(1.1))),
+        (SHIFT, Key::Slash, Command::ToggleHelp),
+        (PLAIN, Key::F1, Command::ToggleHelp),
+    ]
+}
+
+/// Everything the palette offers: all keys, then what has none.
+pub fn actions() -> Vec<Action> {
+    let mut all = bindings();
+    let mut add = |group, name: String, command| {
+        all.push(Action { group, name, keys: "", shortcut: None, command });
+    };
+    for h in Heuristic::ALL {
+        add("Weights", format!("Heuristic: {}", heuristic_name(h)), Command::SetHeuristic(h));
+    }
+    for w in OneSampleWeights::ALL {
+        add("Weights", format!("One-sample weights: {}", weights_name(w)), Command::SetWeights(w));
+    }
+    for s in SamplerKind::ALL {
+        add("Samples", format!("Sampler: {}", sampler_name(s)), Command::SetSampler(s));
+    }
+    for target in SppTarget::choices() {
+        let name = match target {
+            SppTarget::Passes(n) => format!("Samples per pixel: {n}"),
+            SppTarget::Endless => "Samples per pixel: endless".into(),
+        };
+        add("Samples", name, Command::SetSpp(target));
+    }
+    for layer in Layer::ALL {
+        add("View", format!("Layer: {}", layer_name(layer)), Command::SetLayer(layer));
+    }
+    for tone_map in ToneMap::ALL {
+        add("View", format!("Tone map: {}", tone_map.name()), Command::SetToneMap(tone_map));
+    }
+    add("Rendering", "Full speed".into(), Command::SetRate(None));
+    add("Rendering", "Slowly: two passes a second".into(), Command::SetRate(Some(2.0)));
+    for shipped in Shipped::ALL {
+        add("File", format!("Open: {}", shipped.name()), Command::OpenShipped(shipped));
+    }
+    add("File", "Folder of snapshots \u{2026}".into(), Command::ChooseFolder);
+    add("Edit", "Reset scene and settings to the file".into(), Command::ResetScene);
+    for (name, preference) in THEMES {
+        add("Window", format!("Theme: {name}"), Command::SetTheme(preference));
+    }
+    add("Window", "Interface at 100 %".into(), Command::ZoomInterface(None));
+    add("Window", "Right panel".into(), Command::ToggleInspector);
+    all
+}
+
+/// The themes by name.
+pub const THEMES: [(&str, ThemePreference); 3] =
+    [("Light", ThemePreference::Light), ("Dark", ThemePreference::Dark), ("System", ThemePreference::System)];
+
+/// The commands of the keys pressed since the last pass. Text being typed is left alone.
+pub fn pressed(ctx: &Context) -> Vec<Command> {
+    let typing = ctx.text_edit_focused();
+    // Tab walks through the controls; the one it stopped at keeps Space for itself.
+    let focused = ctx.memory(|m| m.focused().is_some());
+    let table: Vec<(Modifiers, Key, Command)> = bindings()
+        .into_iter()
+        .filter_map(|a| a.shortcut.map(|(modifiers, key)| (modifiers, key, a.command)))
+        .chain(aliases())
+        .collect();
+    let mut commands = Vec::new();
+    ctx.input_mut(|input| {
+        input.events.retain(|event| {
+            let (key, modifiers) = match event {
+                Event::Key { key, pressed: true, modifiers, .. } => (*key, *modifiers),
+                // The window system turns Ctrl+C into this; Shift is still told apart.
+                Event::Copy if !typing => {
+                    let values = input.modifiers.shift;
+                    commands.push(if values { Command::CopyValues } else { Command::CopyPicture });
+                    return false;
+                }
+                _ => return true,
+            };
+            let with_control = modifiers.command || matches!(key, Key::F1 | Key::F11);
+            if typing && !(with_control && !edits_text(key)) {
+                return true;
+            }
+            if focused && matches!(key, Key::Space) {
+                return true;
+            }
+            let same = |wanted: &Modifiers| {
+                let shift_free = key == Key::Questionmark || key == Key::Plus;
+                wanted.command == modifiers.command
+                    && (wanted.shift == modifiers.shift || shift_free)
+                    && !modifiers.alt
+            };
+            match table.iter().find(|(wanted, k, _)| *k == key && same(wanted)) {
+                Some((_, _, command)) => {
+                    commands.push(command.clone());
+                    false
+                }
+                None => true,
+            }
+        });
+    });
+    commands
+}
+
+/// Keys that mean something of their own while text is edited.
+fn edits_text(key: Key) -> bool {
+    matches!(key, Key::Z | Key::Y | Key::C | Key::X | Key::V | Key::A | Key::Backspace)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_key_has_two_meanings() {
+        let mut seen = std::collections::HashSet::new();
+        let keys = bindings().into_iter().filter_map(|a| a.shortcut).chain(aliases().map(|(m, k, _)| (m, k)));
+        for (modifiers, key) in keys {
+            assert!(seen.insert((modifiers.command, modifiers.shift, key)), "{key:?} with {modifiers:?} twice");
+        }
+    }
+}

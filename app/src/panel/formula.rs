@@ -1,0 +1,130 @@
+//! The formula of the running strategy, with its colours and its live numbers: the bridge between
+//! picture and blackboard.
+
+use eframe::egui::{self, Color32, Sense, Ui, vec2};
+use mislab_renderer::{Heuristic, OneSampleWeights, Settings, Strategy};
+
+use crate::math::{Math, frac, row, sub, text};
+use crate::theme::{GRID, Inks, TypeScale};
+
+/// Shows it in the width of the column, in as much height as the tallest one needs, so that nothing
+/// jumps when the strategy changes.
+pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
+    let inks = Inks::of(ui.visuals());
+    let (size, line, lines) = match scale {
+        TypeScale::Desk => (20.0, 52.0, 3.0),
+        TypeScale::Hall => (34.0, 88.0, 3.0),
+    };
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), lines * line), Sense::hover());
+    let formulas = formulas(settings, inks);
+    let color = ui.visuals().text_color();
+    let painter = ui.painter_at(rect);
+    let mut top = rect.top();
+    for formula in &formulas {
+        // A long formula on a narrow column is set smaller rather than cut.
+        let laid = formula.layout(&painter, size, color);
+        let fit = (rect.width() / laid.size().x).min(1.0);
+        let laid = if fit < 1.0 { formula.layout(&painter, size * fit, color) } else { laid };
+        let y = top + 0.5 * (line - laid.size().y);
+        laid.paint(&painter, egui::pos2(rect.left(), y));
+        top += line;
+    }
+    let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
+    ui.add_space(GRID);
+}
+
+fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
+    let (light, bsdf) = (Technique::new("L", inks.light), Technique::new("B", inks.bsdf));
+    let c = f64::from(settings.light_prob);
+    match settings.strategy {
+        Strategy::Light => vec![row([estimate(), frac(text("f"), light.p()), note("one light sample")])],
+        Strategy::Bsdf => vec![row([estimate(), frac(text("f"), bsdf.p()), note("one BSDF sample")])],
+        Strategy::MisAll => vec![
+            row([
+                estimate(),
+                light.w(),
+                frac(text("f"), light.p()),
+                text("  +  "),
+                bsdf.w(),
+                frac(text("f"), bsdf.p()),
+            ]),
+            row([light.w(), text("  =  "), weight(settings.heuristic, &light, &bsdf, None)]),
+        ],
+        Strategy::Mis => {
+            let veach = settings.weights == OneSampleWeights::Veach;
+            vec![
+                row([
+                    estimate(),
+                    light.w(),
+                    frac(text("f"), row([number(c), light.p()])),
+                    note("with probability "),
+                    number(c),
+                ]),
+                row([estimate(), bsdf.w(), frac(text("f"), row([number(1.0 - c), bsdf.p()])), note("otherwise")]),
+                row([
+                    light.w(),
+                    text("  =  "),
+                    weight(settings.heuristic, &light, &bsdf, veach.then_some(c)),
+                ]),
+            ]
+        }
+    }
+}
+
+/// One technique's symbols.
+struct Technique {
+    index: &'static str,
+    ink: Color32,
+}
+
+impl Technique {
+    fn new(index: &'static str, ink: Color32) -> Self {
+        Self { index, ink }
+    }
+
+    fn p(&self) -> Math {
+        sub("p", self.index, self.ink)
+    }
+
+    fn w(&self) -> Math {
+        sub("w", self.index, self.ink)
+    }
+}
+
+fn estimate() -> Math {
+    text("L  \u{2248}  ")
+}
+
+fn note(s: &str) -> Math {
+    row([Math::Gap(0.8), text(s)])
+}
+
+fn number(value: f64) -> Math {
+    text(format!("{value:.2} "))
+}
+
+/// The weight of a light sample. `c` takes part in it in Veach's one-sample model.
+fn weight(heuristic: Heuristic, light: &Technique, bsdf: &Technique, c: Option<f64>) -> Math {
+    let term = |p: Math, c: Option<f64>| match c {
+        Some(c) => row([number(c), p]),
+        None => p,
+    };
+    let q_light = || term(light.p(), c);
+    let q_bsdf = || term(bsdf.p(), c.map(|c| 1.0 - c));
+    let square = |q: Math| match c {
+        Some(_) => row([text("("), q, text(")\u{b2}")]),
+        None => row([q, text("\u{b2}")]),
+    };
+    match heuristic {
+        Heuristic::Balance => frac(q_light(), row([q_light(), text(" + "), q_bsdf()])),
+        Heuristic::Power => {
+            frac(square(q_light()), row([square(q_light()), text(" + "), square(q_bsdf())]))
+        }
+        Heuristic::Cutoff => row([
+            frac(q_light(), row([q_light(), text(" + "), q_bsdf()])),
+            note("0 below a tenth"),
+        ]),
+        Heuristic::Maximum => row([text("1  if  "), q_light(), text(" \u{2265} "), q_bsdf(), text(" ,  else 0")]),
+    }
+}

@@ -1,0 +1,40 @@
+//! The key sheet.
+
+use eframe::egui::{self, Grid, Id, Modal, RichText};
+
+use crate::keys::bindings;
+use crate::theme::medium;
+use crate::widgets::title;
+
+/// The sheet. Returns false when it is done with.
+pub fn help_ui(ctx: &egui::Context) -> bool {
+    let bindings = bindings();
+    let columns = [["Strategy", "Rendering", "View"].as_slice(), ["File", "Edit", "Window"].as_slice()];
+    let modal = Modal::new(Id::unique("keys")).show(ctx, |ui| {
+        ui.heading("Keys");
+        ui.horizontal_top(|ui| {
+            for (index, groups) in columns.into_iter().enumerate() {
+                if index > 0 {
+                    ui.add_space(24.0);
+                }
+                ui.vertical(|ui| {
+                    for group in groups {
+                        title(ui, group);
+                        Grid::new(*group).num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
+                            for action in bindings.iter().filter(|a| a.group == *group) {
+                                ui.label(RichText::new(action.keys).family(medium()));
+                                ui.label(&action.name);
+                                ui.end_row();
+                            }
+                        });
+                    }
+                });
+            }
+        });
+        ui.add_space(8.0);
+        ui.label("Double-click a slider: back to its default.   Mouse on the picture: wheel zooms, drag moves, double-click fits.");
+        ui.add_space(4.0);
+        ui.button("Close").clicked()
+    });
+    !(modal.inner || modal.should_close())
+}

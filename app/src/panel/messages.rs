@@ -1,0 +1,62 @@
+//! What went wrong and what the reader did not understand, in words, until the cause is gone.
+
+use std::path::PathBuf;
+
+use eframe::egui::{self, CornerRadius, RichText, ScrollArea, Stroke, Ui};
+use mislab_renderer::Diagnostic;
+
+use crate::theme::{GRID, Inks};
+use crate::widgets::caption;
+
+/// A file that could not be opened. The picture that was there stays.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OpenError {
+    /// The file.
+    pub path: PathBuf,
+    /// Why not, with line and column for a scene.
+    pub message: String,
+}
+
+/// A strip over the picture with an error in it. Returns true when it is put away.
+pub fn error_strip(ui: &mut Ui, headline: &str, message: &str, remark: &str) -> bool {
+    let wrong = Inks::of(ui.visuals()).wrong;
+    let mut closed = false;
+    egui::Frame::new()
+        .fill(ui.visuals().window_fill)
+        .stroke(Stroke::new(1.5, wrong))
+        .corner_radius(CornerRadius::same(6))
+        .inner_margin(3.0 * GRID)
+        .show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.label(RichText::new(headline).family(crate::theme::medium()).color(wrong));
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    closed = ui.button("Close").accessible_name("Close message").clicked();
+                });
+            });
+            ScrollArea::vertical().id_salt(headline).max_height(120.0).show(ui, |ui| {
+                ui.add(egui::Label::new(message).selectable(true).wrap());
+            });
+            if !remark.is_empty() {
+                caption(ui, remark);
+            }
+        });
+    closed
+}
+
+/// The reader's warnings about the scene, each with its place.
+pub fn warnings_ui(ui: &mut Ui, warnings: &[Diagnostic]) {
+    if warnings.is_empty() {
+        return;
+    }
+    let title = match warnings.len() {
+        1 => "1 warning about the scene file".to_owned(),
+        n => format!("{n} warnings about the scene file"),
+    };
+    ui.add_space(GRID);
+    egui::CollapsingHeader::new(RichText::new(title).family(crate::theme::medium())).default_open(true).show(ui, |ui| {
+        for warning in warnings {
+            let text = RichText::new(warning.to_string()).small();
+            ui.add(egui::Label::new(text).selectable(true).wrap());
+        }
+    });
+}

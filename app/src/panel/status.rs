@@ -1,0 +1,80 @@
+//! The status bar: how far, how fast, and everything that must never be hidden.
+
+use eframe::egui::{self, ProgressBar, RichText, Ui};
+use mislab_renderer::{Frame, Settings, State, Status, simd_level_name};
+
+use crate::command::Command;
+use crate::theme::Inks;
+use crate::view_state::{ViewState, is_colour};
+use crate::widgets::{number, si, three_digits};
+
+/// The bar. `frame` is given only if it was made with the current settings.
+pub fn status_ui(
+    ui: &mut Ui,
+    frame: Option<&Frame>,
+    settings: &Settings,
+    view: &ViewState,
+    status: &Status,
+    threads: usize,
+    out: &mut Vec<Command>,
+) {
+    let spp = frame.map_or(0, Frame::spp);
+    let stats = frame.map(Frame::stats);
+    let target = settings.spp.map_or("\u{221e}".into(), |n| n.to_string());
+    number(ui, &format!("{spp} / {target} spp"), "65536 / 65536 spp", None);
+    progress(ui, spp, settings, status);
+    let paths = stats.map_or(0.0, |s| s.paths as f64);
+    number(ui, &format!("{} paths", si(paths)), "888.8 M paths", None);
+    let rate = stats.map_or(0.0, |s| s.mpaths_per_second());
+    number(ui, &format!("{} Mpaths/s", three_digits(rate)), "8888 Mpaths/s", None);
+    let time = stats.map_or(0.0, |s| s.render_seconds);
+    number(ui, &crate::widgets::seconds(time), "88:88 min", None);
+    let invalid = stats.map_or(0, |s| s.invalid_samples);
+    let wrong = Inks::of(ui.visuals()).wrong;
+    if invalid > 0 {
+        let text = RichText::new(format!("{} invalid samples", si(invalid as f64))).color(wrong);
+        ui.label(text).on_hover_text("Samples that were not a finite number. They were left out of the picture.");
+    }
+    if status.worker_panics > 0 {
+        let text = RichText::new(format!("{} passes redone", status.worker_panics)).color(wrong);
+        ui.label(text).on_hover_text(status.error.clone().unwrap_or_default());
+    }
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        if ui.button("Save EXR").on_hover_text("Ctrl+S").clicked() {
+            out.push(Command::Save);
+        }
+        ui.label(format!("{} \u{d7} {threads}", simd_level_name())).on_hover_text("Vector unit and worker threads");
+        ui.separator();
+        if is_colour(view.layer) {
+            ui.label(view.tone_map.name());
+            number(ui, &format!("EV {:+.1}", view.exposure_ev), "EV +88.8", None);
+            if view.offset != 0.0 {
+                ui.label(format!("offset {:+.2}", view.offset));
+            }
+        } else {
+            ui.label("false colour");
+        }
+        ui.label(format!("seed {}", settings.seed));
+    });
+}
+
+fn progress(ui: &mut Ui, spp: u32, settings: &Settings, status: &Status) {
+    let width = 120.0;
+    let text = match status.state {
+        State::Paused => "paused",
+        State::Building => "building",
+        State::Failed => "failed",
+        State::Idle | State::Rendering | State::Finished => "",
+    };
+    let fraction = match settings.spp {
+        Some(target) => spp as f32 / target.get() as f32,
+        // Nothing to be a fraction of: the bar shows the way to the next power of two.
+        None if spp > 0 => spp as f32 / (spp + 1).next_power_of_two() as f32,
+        None => 0.0,
+    };
+    let fill = ui.visuals().weak_text_color();
+    let height = 0.7 * ui.spacing().interact_size.y;
+    let bar = ProgressBar::new(fraction.clamp(0.0, 1.0)).desired_width(width).desired_height(height).fill(fill);
+    let bar = bar.corner_radius(2.0).text(RichText::new(text).small().color(ui.visuals().text_color()));
+    ui.add(bar).accessible_name("Progress");
+}

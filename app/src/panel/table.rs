@@ -1,0 +1,213 @@
+//! The tutorial's Table 1, measured.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, ComboBox, Grid, Id, ProgressBar, RichText, ScrollArea, Ui, Window};
+use mislab_renderer::table::{Cell, LightSize, LobeWidth, Table, TableOptions};
+use mislab_renderer::{Scene, Strategy};
+
+use super::strategy_name;
+use crate::files::Files;
+use crate::prefs::SavePrefs;
+use crate::table_job::TableJob;
+use crate::theme::{GRID, Inks, medium};
+use crate::widgets::{caption, seconds, wide_button};
+
+/// Everything about the table.
+#[derive(Default)]
+pub struct TablePanel {
+    /// The window is open.
+    pub open: bool,
+    /// Image size in pixels on each side; `None` as the tutorial has it.
+    size: Option<u32>,
+    job: Option<TableJob>,
+    result: Option<Result<Table, String>>,
+}
+
+impl TablePanel {
+    /// Is one being made? The live picture should hold then: the times are the point.
+    pub fn is_running(&self) -> bool {
+        self.job.is_some()
+    }
+
+    /// Takes over what the job has brought.
+    pub fn poll(&mut self) {
+        if let Some(outcome) = self.job.as_mut().and_then(TableJob::poll) {
+            self.job = None;
+            match outcome {
+                Ok(Some(table)) => self.result = Some(Ok(table)),
+                Ok(None) => {}
+                Err(error) => self.result = Some(Err(error)),
+            }
+        }
+    }
+
+    /// Stops what is running and waits for it.
+    pub fn stop(&mut self) {
+        self.job = None;
+    }
+}
+
+/// The window.
+pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>, save: &SavePrefs, files: &Files) {
+    let mut open = panel.open;
+    let size = ctx.content_rect().size();
+    Window::new("The tutorial's table")
+        .id(Id::unique("table window"))
+        .open(&mut open)
+        .collapsible(false)
+        .default_width(800.0)
+        .max_size(size - egui::vec2(80.0, 120.0))
+        .pivot(egui::Align2::CENTER_CENTER)
+        .default_pos(ctx.content_rect().center())
+        .show(ctx, |ui| {
+            start_ui(ui, panel, scene);
+            match &panel.result {
+                Some(Ok(table)) => {
+                    ui.add_space(2.0 * GRID);
+                    table_grid(ui, table);
+                    export_ui(ui, table, save, files);
+                }
+                Some(Err(error)) => {
+                    let wrong = Inks::of(ui.visuals()).wrong;
+                    ui.label(RichText::new(format!("No table: {error}")).color(wrong));
+                }
+                None if panel.job.is_none() => {
+                    ui.label(
+                        "Renders the tutorial's four files and a converged reference of this scene, takes the time, and \
+                         measures where each strategy is good.",
+                    );
+                }
+                None => {}
+            }
+        });
+    panel.open = open;
+}
+
+fn start_ui(ui: &mut Ui, panel: &mut TablePanel, scene: &Arc<Scene>) {
+    ui.horizontal(|ui| {
+        if let Some(job) = &panel.job {
+            let progress = job.progress();
+            if wide_button(ui, "Cancel", 100.0).clicked() {
+                job.cancel();
+            }
+            let bar = ProgressBar::new(progress.fraction).desired_width(ui.available_width() - 80.0);
+            let text = RichText::new(&progress.step).color(ui.visuals().text_color());
+            ui.add(bar.fill(ui.visuals().selection.bg_fill).corner_radius(2.0).text(text)).accessible_name("Table progress");
+            ui.label(seconds(progress.elapsed.as_secs_f64()));
+            return;
+        }
+        if wide_button(ui, "Fill in", 100.0).accessible_name("Fill in the table").clicked() {
+            let options = TableOptions { size: panel.size.map(|n| [n, n]), ..TableOptions::default() };
+            match TableJob::start(ui.ctx(), scene.clone(), options) {
+                Ok(job) => panel.job = Some(job),
+                Err(error) => panel.result = Some(Err(format!("no thread for it: {error}"))),
+            }
+        }
+        let name = |size: Option<u32>| match size {
+            Some(n) => format!("{n} \u{d7} {n}"),
+            None => "the tutorial's sizes".into(),
+        };
+        let combo = ComboBox::from_id_salt("table size").width(200.0).selected_text(name(panel.size));
+        let response = combo.show_ui(ui, |ui| {
+            for size in [None, Some(400), Some(200), Some(100)] {
+                ui.selectable_value(&mut panel.size, size, name(size));
+            }
+        });
+        response.response.accessible_name("Image size of the table");
+        caption(ui, "The live picture holds meanwhile: it would spoil the times.");
+    });
+}
+
+const LIGHTS: [(LightSize, &str); 2] = [(LightSize::Small, "small light"), (LightSize::Large, "large light")];
+const LOBES: [(LobeWidth, &str); 2] = [(LobeWidth::Broad, "broad BSDF"), (LobeWidth::Sharp, "sharp BSDF")];
+
+fn table_grid(ui: &mut Ui, table: &Table) {
+    let strong = |text: &str| RichText::new(text).family(medium());
+    ScrollArea::both().auto_shrink([false, true]).show(ui, |ui| {
+        Grid::new("tutorial table").num_columns(6).striped(false).spacing([20.0, 6.0]).show(ui, |ui| {
+            for head in ["Strategy", "samples", "time", "relMSE"] {
+                ui.label(strong(head));
+            }
+            for (_, name) in LOBES {
+                ui.label(strong(name));
+            }
+            ui.end_row();
+            for row in &table.rows {
+                for (index, (light, light_name)) in LIGHTS.into_iter().enumerate() {
+                    if index == 0 {
+                        let ink = Inks::of(ui.visuals()).strategy(row.run.strategy);
+                        ui.label(strong(strategy_name(row.run.strategy)).color(ink)).on_hover_text(row.run.file);
+                        let [x, y] = row.run.strata;
+                        ui.label(format!("{x} \u{d7} {y}")).on_hover_text(format!("{} rays", row.paths));
+                        ui.label(seconds(row.render_seconds))
+                            .on_hover_text(format!("{} on {} threads", seconds(row.cpu_seconds), row.threads));
+                    } else {
+                        ui.label("");
+                        ui.label(if row.run.strategy == Strategy::MisAll { "two rays each" } else { "" });
+                        ui.label("");
+                    }
+                    ui.label(light_name);
+                    for (lobe, _) in LOBES {
+                        match row.cells.iter().find(|c| c.light == light && c.bsdf == lobe) {
+                            Some(cell) => cell_ui(ui, cell),
+                            None => {
+                                ui.label("");
+                            }
+                        }
+                    }
+                    ui.end_row();
+                }
+            }
+        });
+    });
+    caption(
+        ui,
+        format!(
+            "\u{d7}: best in its square, or not distinguishable from the best. relMSE against a reference of {} spp per \
+             light, mean of {} renders \u{b1} standard error. Sharp: {}; broad: {}. Small: {}; large: {}.",
+            table.reference_spp,
+            table.replicates,
+            table.sharp.join(", "),
+            table.broad.join(", "),
+            table.small.join(", "),
+            table.large.join(", "),
+        ),
+    );
+}
+
+fn cell_ui(ui: &mut Ui, cell: &Cell) {
+    let cross = if cell.cross { "\u{d7}" } else { "  " };
+    let text = match (cell.rel_mse, cell.standard_error) {
+        (Some(value), Some(error)) => format!("{cross}  {value:.2e} \u{b1} {error:.0e}"),
+        (Some(value), None) => format!("{cross}  {value:.2e}"),
+        _ => format!("{cross}  no pixels"),
+    };
+    let text = RichText::new(text);
+    ui.label(if cell.cross { text.family(medium()) } else { text.color(ui.visuals().weak_text_color()) });
+}
+
+fn export_ui(ui: &mut Ui, table: &Table, save: &SavePrefs, files: &Files) {
+    ui.add_space(GRID);
+    ui.horizontal(|ui| {
+        ui.label("Copy");
+        if ui.button("Markdown").clicked() {
+            ui.copy_text(table.to_markdown());
+        }
+        if ui.button("CSV").clicked() {
+            ui.copy_text(table.to_csv());
+        }
+        if ui.button("JSON").clicked() {
+            ui.copy_text(table.to_json());
+        }
+        ui.separator();
+        ui.label("Save");
+        let formats: [(&str, &'static str, fn(&Table) -> String); 3] =
+            [(".md", "md", Table::to_markdown), (".csv", "csv", Table::to_csv), (".json", "json", Table::to_json)];
+        for (label, extension, text) in formats {
+            if ui.button(label).clicked() {
+                files.save_text(save.folder.clone(), "veach_table".into(), extension, text(table));
+            }
+        }
+    });
+}

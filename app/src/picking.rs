@@ -1,0 +1,233 @@
+//! From pixels to the things in the scene and back: what is under the mouse, and its outline.
+//!
+//! Works on the plain scene data, apart from the renderer, so that it never waits for it.
+
+use std::collections::HashMap;
+
+use glam::{DMat4, DVec3};
+use mislab_renderer::{Geometry, Scene, Shape};
+
+/// Something with a control in the scene panel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// A material, by index.
+    Material(usize),
+    /// A light, by the index of its shape.
+    Light(usize),
+}
+
+impl Target {
+    /// The target that the surface of a shape belongs to.
+    pub fn of_shape(scene: &Scene, index: usize) -> Option<Self> {
+        let shape = scene.shapes.get(index)?;
+        if shape.light.is_some() {
+            return Some(Self::Light(index));
+        }
+        let material = shape.material?;
+        scene.materials.get(material)?.bsdf.alpha().map(|_| Self::Material(material))
+    }
+
+    /// The shapes that belong to it.
+    pub fn shapes(self, scene: &Scene) -> impl Iterator<Item = &Shape> {
+        scene.shapes.iter().enumerate().filter_map(move |(i, shape)| match self {
+            Self::Light(light) => (i == light).then_some(shape),
+            Self::Material(material) => (shape.light.is_none() && shape.material == Some(material)).then_some(shape),
+        })
+    }
+}
+
+/// The camera's mapping between world and image, in pixels from the top left.
+pub struct Projector {
+    camera_from_world: DMat4,
+    world_from_camera: DMat4,
+    tan_half_fov: f64,
+    /// Left, right, bottom, top.
+    screen: [f64; 4],
+    resolution: [f64; 2],
+}
+
+/// Meshes above this many triangles are left out: they would cost a visible pause per mouse move.
+const MAX_TRIANGLES: usize = 100_000;
+
+impl Projector {
+    /// The camera of `scene` over an image of that many pixels.
+    pub fn new(scene: &Scene, resolution: [u32; 2]) -> Self {
+        let [w, h] = resolution.map(f64::from);
+        let aspect = w / h;
+        let screen = scene.camera.screen_window.unwrap_or(if aspect > 1.0 {
+            [-aspect, aspect, -1.0, 1.0]
+        } else {
+            [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+        });
+        Self {
+            world_from_camera: scene.camera.world_from_camera,
+            camera_from_world: scene.camera.world_from_camera.inverse(),
+            tan_half_fov: (0.5 * scene.camera.fov_deg.to_radians()).tan(),
+            screen,
+            resolution: [w, h],
+        }
+    }
+
+    /// Where a point of the world is in the image; `None` behind the camera.
+    pub fn project(&self, point: DVec3) -> Option<[f32; 2]> {
+        let p = self.camera_from_world.transform_point3(point);
+        if p.z <= 1e-6 {
+            return None;
+        }
+        let [left, right, bottom, top] = self.screen;
+        let x = p.x / (p.z * self.tan_half_fov);
+        let y = p.y / (p.z * self.tan_half_fov);
+        let u = (x - left) / (right - left) * self.resolution[0];
+        let v = (top - y) / (top - bottom) * self.resolution[1];
+        Some([u as f32, v as f32])
+    }
+
+    /// The ray through a position in the image: origin and direction (not normalised).
+    fn ray(&self, at: [f32; 2]) -> (DVec3, DVec3) {
+        let [left, right, bottom, top] = self.screen;
+        let x = left + (right - left) * f64::from(at[0]) / self.resolution[0];
+        let y = top - (top - bottom) * f64::from(at[1]) / self.resolution[1];
+        let direction = DVec3::new(x * self.tan_half_fov, y * self.tan_half_fov, 1.0);
+        (self.world_from_camera.transform_point3(DVec3::ZERO), self.world_from_camera.transform_vector3(direction))
+    }
+
+    /// Index of the first shape seen at a position of the image.
+    pub fn pick(&self, scene: &Scene, at: [f32; 2]) -> Option<usize> {
+        let (origin, direction) = self.ray(at);
+        let hits = scene.shapes.iter().enumerate().filter_map(|(index, shape)| {
+            let t = match &shape.geometry {
+                Geometry::Sphere { center, radius } => {
+                    hit_sphere(origin, direction, center.as_dvec3(), f64::from(*radius))
+                }
+                Geometry::Mesh { triangles, .. } if triangles.len() > MAX_TRIANGLES => None,
+                Geometry::Mesh { positions, triangles } => triangles
+                    .iter()
+                    .filter_map(|t| {
+                        let [a, b, c] = t.map(|i| positions.get(i as usize).map(|p| p.as_dvec3()));
+                        hit_triangle(origin, direction, a?, b?, c?)
+                    })
+                    .reduce(f64::min),
+            }?;
+            Some((index, t))
+        });
+        hits.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
+    }
+
+    /// The outline of a shape, as pieces of line in the image.
+    pub fn outline(&self, shape: &Shape) -> Vec<[[f32; 2]; 2]> {
+        match &shape.geometry {
+            Geometry::Sphere { center, radius } => {
+                let ring = self.sphere_outline(center.as_dvec3(), f64::from(*radius));
+                ring.windows(2).filter_map(|pair| Some([pair[0]?, pair[1]?])).collect()
+            }
+            Geometry::Mesh { triangles, .. } if triangles.len() > MAX_TRIANGLES / 10 => Vec::new(),
+            Geometry::Mesh { positions, triangles } => {
+                // Edges of one triangle only are the border of the surface.
+                let mut uses: HashMap<[u32; 2], usize> = HashMap::new();
+                for [a, b, c] in triangles.iter() {
+                    for (p, q) in [(a, b), (b, c), (c, a)] {
+                        *uses.entry([*p.min(q), *p.max(q)]).or_default() += 1;
+                    }
+                }
+                let mut border: Vec<[u32; 2]> = uses.into_iter().filter(|(_, n)| *n == 1).map(|(e, _)| e).collect();
+                border.sort_unstable();
+                let corner = |i: u32| self.project(positions.get(i as usize)?.as_dvec3());
+                border.into_iter().filter_map(|[p, q]| Some([corner(p)?, corner(q)?])).collect()
+            }
+        }
+    }
+
+    /// The circle where rays from the eye touch a sphere.
+    fn sphere_outline(&self, center: DVec3, radius: f64) -> Vec<Option<[f32; 2]>> {
+        let eye = self.world_from_camera.transform_point3(DVec3::ZERO);
+        let to_center = center - eye;
+        let distance = to_center.length();
+        if distance <= radius {
+            return Vec::new();
+        }
+        let axis = to_center / distance;
+        let sin = radius / distance;
+        let ring_center = center - axis * (radius * sin);
+        let ring_radius = radius * (1.0 - sin * sin).sqrt();
+        let (u, v) = axis.any_orthonormal_pair();
+        (0..=64)
+            .map(|i| {
+                let angle = std::f64::consts::TAU * f64::from(i) / 64.0;
+                self.project(ring_center + ring_radius * (u * angle.cos() + v * angle.sin()))
+            })
+            .collect()
+    }
+
+    /// The smallest box of the image around everything that belongs to `target`: min and max.
+    pub fn bounds(&self, scene: &Scene, target: Target) -> Option<[[f32; 2]; 2]> {
+        let mut bounds: Option<[[f32; 2]; 2]> = None;
+        let mut include = |p: [f32; 2]| {
+            let b = bounds.get_or_insert([p, p]);
+            *b = [[b[0][0].min(p[0]), b[0][1].min(p[1])], [b[1][0].max(p[0]), b[1][1].max(p[1])]];
+        };
+        for shape in target.shapes(scene) {
+            match &shape.geometry {
+                Geometry::Sphere { center, radius } => {
+                    self.sphere_outline(center.as_dvec3(), f64::from(*radius)).into_iter().flatten().for_each(&mut include);
+                }
+                Geometry::Mesh { positions, .. } => {
+                    positions.iter().filter_map(|p| self.project(p.as_dvec3())).for_each(&mut include);
+                }
+            }
+        }
+        bounds
+    }
+}
+
+fn hit_sphere(origin: DVec3, direction: DVec3, center: DVec3, radius: f64) -> Option<f64> {
+    let oc = origin - center;
+    let a = direction.length_squared();
+    let b = oc.dot(direction);
+    let c = oc.length_squared() - radius * radius;
+    let root = (b * b - a * c).sqrt();
+    [(-b - root) / a, (-b + root) / a].into_iter().find(|t| *t > 1e-9)
+}
+
+fn hit_triangle(origin: DVec3, direction: DVec3, a: DVec3, b: DVec3, c: DVec3) -> Option<f64> {
+    let (e1, e2) = (b - a, c - a);
+    let p = direction.cross(e2);
+    let determinant = e1.dot(p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let s = (origin - a) / determinant;
+    let u = s.dot(p);
+    let q = s.cross(e1);
+    let v = direction.dot(q);
+    let t = e2.dot(q);
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 1e-9).then_some(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mislab_renderer::pbrt::embedded_scene;
+
+    #[test]
+    fn a_projected_light_is_picked_where_it_is_seen() {
+        let scene = embedded_scene().scene;
+        let projector = Projector::new(&scene, [800, 800]);
+        for index in scene.light_shapes() {
+            let Geometry::Sphere { center, .. } = scene.shapes[index].geometry else { continue };
+            let at = projector.project(center.as_dvec3()).expect("the lights are in front of the camera");
+            assert!((0.0..800.0).contains(&at[0]) && (0.0..800.0).contains(&at[1]), "light {index} at {at:?}");
+            assert_eq!(projector.pick(&scene, at), Some(index), "at {at:?}");
+            assert_eq!(Target::of_shape(&scene, index), Some(Target::Light(index)));
+        }
+    }
+
+    #[test]
+    fn the_large_light_is_on_the_left() {
+        // pbrt's camera is left-handed: world +x is on the left of this picture.
+        let scene = embedded_scene().scene;
+        let projector = Projector::new(&scene, [800, 800]);
+        let large = projector.project(DVec3::new(3.75, 0.0, 0.0)).expect("in front of the camera");
+        let small = projector.project(DVec3::new(-3.75, 0.0, 0.0)).expect("in front of the camera");
+        assert!(large[0] < small[0], "{large:?} {small:?}");
+    }
+}

@@ -1,0 +1,90 @@
+//! Small pictures of the plates, cut from the live picture.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use eframe::egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
+use mislab_renderer::{Channel, Frame};
+
+use crate::picking::{Projector, Target};
+use crate::tone::tone_map;
+use crate::view_state::{ToneMap, ViewState};
+
+/// Texels of a swatch.
+const SIZE: [usize; 2] = [96, 48];
+/// Swatches follow the picture at most this often: they are there to recognise a plate by.
+const INTERVAL: Duration = Duration::from_millis(150);
+
+/// The swatches of all plates.
+#[derive(Default)]
+pub struct Swatches {
+    textures: HashMap<Target, TextureHandle>,
+    key: Option<(usize, f32, f32, ToneMap)>,
+    made: Option<Instant>,
+}
+
+impl Swatches {
+    /// Brings them up to date with the frame on screen.
+    pub fn update(&mut self, ctx: &Context, frame: &Arc<Frame>, view: &ViewState) {
+        let key = (Arc::as_ptr(frame) as usize, view.exposure_ev, view.offset, view.tone_map);
+        if self.key == Some(key) {
+            return;
+        }
+        if let Some(made) = self.made
+            && made.elapsed() < INTERVAL
+        {
+            // The last frame of a picture must arrive, too.
+            ctx.request_repaint_after(INTERVAL.saturating_sub(made.elapsed()));
+            return;
+        }
+        self.key = Some(key);
+        self.made = Some(Instant::now());
+        let scene = &frame.request().scene;
+        let projector = Projector::new(scene, frame.request().settings.resolution);
+        for index in 0..scene.materials.len() {
+            let target = Target::Material(index);
+            if scene.materials[index].bsdf.alpha().is_none() {
+                continue;
+            }
+            let Some(bounds) = projector.bounds(scene, target) else { continue };
+            let image = cut(frame, view, bounds);
+            self.textures
+                .entry(target)
+                .and_modify(|texture| texture.set(image.clone(), TextureOptions::LINEAR))
+                .or_insert_with(|| ctx.load_texture("swatch", image, TextureOptions::LINEAR));
+        }
+    }
+
+    /// The swatch of a target, if there is one yet.
+    pub fn get(&self, target: Target) -> Option<&TextureHandle> {
+        self.textures.get(&target)
+    }
+
+    /// Forgets all of them: another scene.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// The part of the picture inside `bounds`, squeezed into a swatch.
+fn cut(frame: &Frame, view: &ViewState, [min, max]: [[f32; 2]; 2]) -> ColorImage {
+    let held = frame.bounds();
+    let mut image = ColorImage::filled(SIZE, Color32::TRANSPARENT);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            let u = (x as f32 + 0.5) / SIZE[0] as f32;
+            let v = (y as f32 + 0.5) / SIZE[1] as f32;
+            let clamp = |value: f32, axis: usize| {
+                (value.max(0.0) as u32).clamp(held.min[axis], held.max[axis].saturating_sub(1).max(held.min[axis]))
+            };
+            let px = clamp(min[0] + u * (max[0] - min[0]), 0);
+            let py = clamp(min[1] + v * (max[1] - min[1]), 1);
+            let rgb = [Channel::R, Channel::G, Channel::B].map(|c| frame.pixel(px, py, c).unwrap_or(0.0));
+            let gain = view.exposure_ev.exp2();
+            let [r, g, b] = rgb.map(|v| (tone_map(view.tone_map, v * gain + view.offset) * 255.0 + 0.5) as u8);
+            image.pixels[y * SIZE[0] + x] = Color32::from_rgb(r, g, b);
+        }
+    }
+    image
+}

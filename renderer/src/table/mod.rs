@@ -1,0 +1,463 @@
+//! The tutorial's Table 1, measured: execution time of its files and where each is good.
+//!
+//! The tutorial asks for a cross in the squares (light small or large, BSDF sharp or broad) where a file looks best. Here
+//! each square gets a number, and the cross follows from it:
+//!
+//! 1. *Files.* The four pictures of [`TutorialRun::ALL`], with the tutorial's strata and image sizes.
+//! 2. *Reference.* For each image size that occurs, and for each light alone (the others off), two independent halves
+//!    of [`TableOptions::reference_spp`]. Their sum over the lights is the converged picture at that size, pixel for
+//!    pixel comparable to the files of the size; one light's part says whose pixel it is ([`regions`]).
+//! 3. *Replicates.* The files again, with other seeds. The samples inside a pixel are stratified and so not independent:
+//!    their own scatter is no error bar, but whole pictures with different seeds are independent. The relMSE of a square
+//!    ([`quality`]) is the mean over the replicates, its uncertainty their standard error.
+//! 4. *Crosses.* The smallest relMSE of a square, and all that Welch's t test cannot tell from it.
+//!
+//! relMSE is an average per pixel, so that files of different sizes share a square fairly; their times do not compare.
+//! [`TableOptions::size`] puts all four on one size.
+
+pub mod quality;
+pub mod regions;
+mod report;
+
+use std::num::NonZeroU32;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use self::quality::{Estimate, Reference, crosses, sidak};
+use self::regions::{Groups, Square, visible_materials};
+use crate::error::Error;
+use crate::frame::{Channel, Frame};
+use crate::progressive::{Request, render};
+use crate::scene::Scene;
+use crate::settings::{SamplerKind, SamplerSettings, Settings, Strategy};
+
+/// One file the tutorial asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct TutorialRun {
+    /// Its name.
+    pub file: &'static str,
+    /// How directions are chosen.
+    pub strategy: Strategy,
+    /// Stratified samples per pixel, along x and y.
+    pub strata: [u32; 2],
+    /// Width and height as the tutorial's header says.
+    pub size: [u32; 2],
+}
+
+impl TutorialRun {
+    /// The four files, in the tutorial's order.
+    pub const ALL: [Self; 4] = [
+        Self { file: "veachMIS_L.exr", strategy: Strategy::Light, strata: [8, 8], size: [800, 800] },
+        Self { file: "veachMIS_BSDF.exr", strategy: Strategy::Bsdf, strata: [8, 8], size: [800, 800] },
+        Self { file: "veach_MIS_ALLx36.exr", strategy: Strategy::MisAll, strata: [6, 6], size: [600, 600] },
+        Self { file: "veachMIS_MIS.exr", strategy: Strategy::Mis, strata: [8, 8], size: [800, 800] },
+    ];
+
+    /// The settings of the file: c = 1/2, the balance heuristic, jittered strata.
+    /// `size` replaces the tutorial's own.
+    pub fn settings(&self, size: Option<[u32; 2]>, seed: u32) -> Settings {
+        let [nx, ny] = self.strata;
+        Settings {
+            strategy: self.strategy,
+            sampler: SamplerSettings { kind: SamplerKind::Stratified, strata: self.strata, jitter: true },
+            spp: NonZeroU32::new(nx * ny),
+            seed,
+            resolution: size.unwrap_or(self.size),
+            ..Settings::default()
+        }
+    }
+}
+
+/// How to fill the table in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableOptions {
+    /// Image size of every file; `None`: the tutorial's own (600 x 600 for `mis_all`, else 800 x 800).
+    pub size: Option<[u32; 2]>,
+    /// Camera rays per pixel of the reference, for each light.
+    pub reference_spp: u32,
+    /// Renders of each file with different seeds, at least 2; the first is the file itself.
+    pub replicates: u32,
+    /// Worker threads; 0: one per core.
+    pub threads: usize,
+    /// Seed of the files.
+    pub seed: u32,
+}
+
+impl Default for TableOptions {
+    fn default() -> Self {
+        Self { size: None, reference_spp: 256, replicates: 4, threads: 0, seed: 1 }
+    }
+}
+
+/// How far [`run_table`] is.
+#[derive(Clone, Debug)]
+pub struct TableProgress {
+    /// What is being rendered, for people: "veachMIS_L.exr", "reference 800 x 800, light 2 of 4".
+    pub step: String,
+    /// Share of all the work that is done, in [0, 1]. Counted in secondary rays.
+    pub fraction: f64,
+    /// Since the start.
+    pub elapsed: Duration,
+    /// A file that has just been finished, with its picture: reported once each, so that it can be shown or saved at once.
+    pub finished: Option<(TutorialRun, Arc<Frame>)>,
+}
+
+/// Size of the light a pixel reflects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LightSize {
+    /// The smaller half of the lights.
+    Small,
+    /// The larger half.
+    Large,
+}
+
+/// Width of the BSDF lobe of a plate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LobeWidth {
+    /// The rougher half of the plates (3 and 4).
+    Broad,
+    /// The smoother half (1 and 2).
+    Sharp,
+}
+
+/// One of the four squares of a file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// The row.
+    pub light: LightSize,
+    /// The column.
+    pub bsdf: LobeWidth,
+    /// Pixels that belong to it.
+    pub pixels: usize,
+    /// Relative mean squared error, mean over the replicates; `None` without pixels.
+    pub rel_mse: Option<f64>,
+    /// Standard error of `rel_mse` over the replicates.
+    pub standard_error: Option<f64>,
+    /// The reference's own relMSE. It does not add to `rel_mse`, but the choice of pixels rests on it.
+    pub reference_rel_mse: Option<f64>,
+    /// The best file of this square, or not distinguishable from it.
+    pub cross: bool,
+}
+
+/// One file of the table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TableRow {
+    /// Which.
+    #[serde(flatten)]
+    pub run: TutorialRun,
+    /// Image size it was rendered at.
+    pub resolution: [u32; 2],
+    /// Camera rays per pixel.
+    pub spp: u32,
+    /// Secondary rays traced for the file.
+    pub paths: u64,
+    /// Execution time of the file: wall-clock seconds.
+    pub render_seconds: f64,
+    /// Execution time summed over threads.
+    pub cpu_seconds: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// Small/broad, small/sharp, large/broad, large/sharp.
+    pub cells: [Cell; 4],
+}
+
+/// The tutorial's Table 1, filled in.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Table {
+    /// The scene's name.
+    pub scene: String,
+    /// Names of the materials that count as sharp and as broad.
+    pub sharp: Vec<String>,
+    /// See `sharp`.
+    pub broad: Vec<String>,
+    /// Names of the lights that count as small.
+    pub small: Vec<String>,
+    /// See `small`.
+    pub large: Vec<String>,
+    /// Camera rays per pixel of the reference, for each light.
+    pub reference_spp: u32,
+    /// Renders of each file.
+    pub replicates: u32,
+    /// Probability that any file of the table misses a cross although it is as good as the best of its square.
+    pub significance: f64,
+    /// The files, in the tutorial's order.
+    pub rows: Vec<TableRow>,
+}
+
+impl Table {
+    /// For people: a Markdown table and what its numbers mean.
+    pub fn to_markdown(&self) -> String {
+        report::markdown(self)
+    }
+
+    /// For spreadsheets: a head line, then one line per file and square.
+    pub fn to_csv(&self) -> String {
+        report::csv(self)
+    }
+
+    /// For programs: this struct, indented.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a struct of numbers and names is always JSON")
+    }
+}
+
+/// A finished table.
+#[derive(Debug)]
+pub struct TableResult {
+    /// The numbers.
+    pub table: Table,
+    /// The pictures of the four files, in the order of [`TutorialRun::ALL`].
+    pub frames: Vec<Arc<Frame>>,
+}
+
+/// Renders the tutorial's files, the references they are measured against, and fills the table in. Blocks; call it from a
+/// thread of its own. `progress` is called several times a second and returns false to stop,
+/// upon which the result is `None`.
+///
+/// # Errors
+/// [`Error::Invalid`] if the scene has no plates or lights to sort the pixels by, an option is out of range, or the scene
+/// cannot be rendered.
+pub fn run_table(
+    scene: &Arc<Scene>,
+    options: &TableOptions,
+    progress: &mut dyn FnMut(&TableProgress) -> bool,
+) -> Result<Option<TableResult>, Error> {
+    if options.replicates < 2 || options.reference_spp < 2 {
+        return Err(Error::Invalid(format!(
+            "{} replicates and {} reference samples, expected at least 2 of each",
+            options.replicates, options.reference_spp
+        )));
+    }
+    let groups = Groups::of(scene)?;
+    let mut sizes: Vec<[u32; 2]> = TutorialRun::ALL.map(|run| options.size.unwrap_or(run.size)).into();
+    sizes.sort_unstable();
+    sizes.dedup();
+    for run in TutorialRun::ALL {
+        run.settings(options.size, options.seed).check().map_err(Error::Invalid)?;
+    }
+    let mut work = Work::new(options, &groups, &sizes, progress);
+
+    // The files first: they are what a waiting person looks at.
+    let mut frames = Vec::new();
+    for run in TutorialRun::ALL {
+        let Some(frame) = work.render(scene, run.settings(options.size, options.seed), run.file)? else {
+            return Ok(None);
+        };
+        if !work.report(run.file, Some((run, Arc::clone(&frame)))) {
+            return Ok(None);
+        }
+        frames.push(frame);
+    }
+    let mut references = Vec::new();
+    for &size in &sizes {
+        let Some(reference) = measure_reference(&mut work, scene, options, &groups, size)? else { return Ok(None) };
+        references.push((size, reference));
+    }
+
+    let reference_of = |run: &TutorialRun| {
+        let size = options.size.unwrap_or(run.size);
+        &references.iter().find(|(s, _)| *s == size).expect("every size has a reference").1
+    };
+    // errors[file][square][replicate]
+    let mut errors: [[Vec<f64>; 4]; 4] = Default::default();
+    for (file, run) in TutorialRun::ALL.into_iter().enumerate() {
+        let sorted = reference_of(&run);
+        for replicate in 0..options.replicates {
+            let frame = if replicate == 0 {
+                Arc::clone(&frames[file])
+            } else {
+                let settings = run.settings(options.size, options.seed.wrapping_add(replicate));
+                let step = format!("{}, replicate {} of {}", run.file, replicate + 1, options.replicates);
+                let Some(frame) = work.render(scene, settings, &step)? else { return Ok(None) };
+                frame
+            };
+            let rgb = rgb(&frame);
+            let found = sorted.reference.rel_mse([&rgb[0], &rgb[1], &rgb[2]], &sorted.squares);
+            for (list, value) in errors[file].iter_mut().zip(found) {
+                list.extend(value);
+            }
+        }
+    }
+
+    Ok(Some(TableResult { table: fill_in(scene, options, &groups, &frames, &errors, reference_of), frames }))
+}
+
+/// Probability of any false alarm in the whole table.
+const SIGNIFICANCE: f64 = 0.05;
+
+/// A reference and whose its pixels are.
+struct SortedReference {
+    reference: Reference,
+    squares: Vec<Option<Square>>,
+}
+
+/// Renders the reference of one image size, light by light.
+fn measure_reference(
+    work: &mut Work<'_>,
+    scene: &Scene,
+    options: &TableOptions,
+    groups: &Groups,
+    size: [u32; 2],
+) -> Result<Option<SortedReference>, Error> {
+    let area = size[0] as usize * size[1] as usize;
+    let mut reference = Reference { halves: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; area])) };
+    let mut luminance = Vec::new();
+    let count = groups.lights().count();
+    for (i, light) in groups.lights().enumerate() {
+        let mut alone = scene.clone();
+        for shape in (0..alone.shapes.len()).filter(|&s| s != light) {
+            if let Some(other) = &mut alone.shapes[shape].light {
+                other.on = false;
+            }
+        }
+        let alone = Arc::new(alone);
+        let mut sum = vec![0.0; area];
+        for half in 0..2 {
+            // Seeds far from those of the files, each used once.
+            let seed = options.seed.wrapping_add(1 << 31).wrapping_add((2 * i + half) as u32);
+            let settings = reference_settings(options, size, seed);
+            let step = format!("reference {} x {}, light {} of {count}", size[0], size[1], i + 1);
+            let Some(frame) = work.render(&alone, settings, &step)? else { return Ok(None) };
+            for (channel, values) in rgb(&frame).iter().enumerate() {
+                let total = &mut reference.halves[half][channel];
+                for ((total, sum), &value) in total.iter_mut().zip(&mut sum).zip(values) {
+                    *total += f64::from(value);
+                    *sum += LUMINANCE[channel] * f64::from(value);
+                }
+            }
+        }
+        luminance.push(sum);
+    }
+    let squares = groups.squares(&visible_materials(scene, size), &luminance);
+    Ok(Some(SortedReference { reference, squares }))
+}
+
+/// Luminance of Rec. 709 colours.
+const LUMINANCE: [f64; 3] = [0.212_671, 0.715_160, 0.072_169];
+
+/// One half of a reference: both techniques, points that converge fast.
+fn reference_settings(options: &TableOptions, size: [u32; 2], seed: u32) -> Settings {
+    Settings {
+        strategy: Strategy::MisAll,
+        sampler: SamplerSettings { kind: SamplerKind::Sobol, ..Settings::default().sampler },
+        spp: NonZeroU32::new(options.reference_spp / 2),
+        seed,
+        resolution: size,
+        ..Settings::default()
+    }
+}
+
+fn rgb(frame: &Frame) -> [Vec<f32>; 3] {
+    [Channel::R, Channel::G, Channel::B].map(|channel| frame.channel(channel))
+}
+
+/// The numbers, once everything is rendered.
+fn fill_in<'a>(
+    scene: &Scene,
+    options: &TableOptions,
+    groups: &Groups,
+    frames: &[Arc<Frame>],
+    errors: &[[Vec<f64>; 4]; 4],
+    reference_of: impl Fn(&TutorialRun) -> &'a SortedReference,
+) -> Table {
+    let estimates = errors
+        .each_ref()
+        .map(|squares| squares.each_ref().map(|values| (values.len() >= 2).then(|| Estimate::of(values))));
+    // In each square, every file but the best is compared with it.
+    let comparisons = Square::ALL.len() * (TutorialRun::ALL.len() - 1);
+    let each = sidak(SIGNIFICANCE, comparisons as u32);
+    let cross: Vec<Vec<bool>> = (0..4).map(|square| crosses(&estimates.map(|file| file[square]), each)).collect();
+    let row = |(file, run): (usize, TutorialRun)| {
+        let (stats, sorted) = (frames[file].stats(), reference_of(&run));
+        let own = sorted.reference.own_rel_mse(&sorted.squares);
+        TableRow {
+            run,
+            resolution: options.size.unwrap_or(run.size),
+            spp: frames[file].spp(),
+            paths: stats.paths,
+            render_seconds: stats.render_seconds,
+            cpu_seconds: stats.cpu_seconds,
+            threads: stats.threads,
+            cells: std::array::from_fn(|i| Cell {
+                light: Square::ALL[i].light,
+                bsdf: Square::ALL[i].bsdf,
+                pixels: sorted.squares.iter().filter(|s| **s == Some(Square::ALL[i])).count(),
+                rel_mse: estimates[file][i].map(|e| e.mean),
+                standard_error: estimates[file][i].map(|e| e.standard_error),
+                reference_rel_mse: own[i],
+                cross: cross[i][file],
+            }),
+        }
+    };
+    let materials = |list: &[usize]| list.iter().map(|&m| scene.materials[m].name.clone()).collect();
+    let light_name = |&s: &usize| scene.shapes[s].light.as_ref().map_or(String::new(), |light| light.name.clone());
+    Table {
+        scene: scene.name.clone(),
+        sharp: materials(&groups.sharp),
+        broad: materials(&groups.broad),
+        small: groups.small.iter().map(light_name).collect(),
+        large: groups.large.iter().map(light_name).collect(),
+        reference_spp: options.reference_spp,
+        replicates: options.replicates,
+        significance: SIGNIFICANCE,
+        rows: TutorialRun::ALL.into_iter().enumerate().map(row).collect(),
+    }
+}
+
+/// Renders one picture after the other and keeps count.
+struct Work<'a> {
+    progress: &'a mut dyn FnMut(&TableProgress) -> bool,
+    threads: usize,
+    started: Instant,
+    /// Secondary rays, done and in all.
+    done: f64,
+    total: f64,
+}
+
+impl<'a> Work<'a> {
+    fn new(
+        options: &TableOptions,
+        groups: &Groups,
+        sizes: &[[u32; 2]],
+        progress: &'a mut dyn FnMut(&TableProgress) -> bool,
+    ) -> Self {
+        let files = TutorialRun::ALL.map(|run| rays(&run.settings(options.size, 0))).iter().sum::<f64>();
+        let halves = 2.0 * groups.lights().count() as f64;
+        let references: f64 = sizes.iter().map(|&size| halves * rays(&reference_settings(options, size, 0))).sum();
+        let total = files * f64::from(options.replicates) + references;
+        Self { progress, threads: options.threads, started: Instant::now(), done: 0.0, total }
+    }
+
+    /// The finished picture, or `None` if the caller wants to stop.
+    fn render(&mut self, scene: &Arc<Scene>, settings: Settings, step: &str) -> Result<Option<Arc<Frame>>, Error> {
+        let (rays, target) = (rays(&settings), settings.spp.map_or(1, NonZeroU32::get));
+        let request = Request { scene: Arc::clone(scene), settings };
+        let (threads, before) = (self.threads, self.done);
+        let mut stopped = false;
+        let frame = render(&request, threads, &mut |progress| {
+            self.done = before + rays * f64::from(progress.spp) / f64::from(target);
+            stopped |= !self.report(step, None);
+            !stopped
+        });
+        self.done = before + rays;
+        // Stopped early, there may be a frame or, before the first pass, an error that says so.
+        if stopped { Ok(None) } else { frame.map(Some) }
+    }
+
+    /// Whether to go on.
+    fn report(&mut self, step: &str, finished: Option<(TutorialRun, Arc<Frame>)>) -> bool {
+        let fraction = (self.done / self.total).min(1.0);
+        let progress = TableProgress { step: step.to_owned(), fraction, elapsed: self.started.elapsed(), finished };
+        (self.progress)(&progress)
+    }
+}
+
+/// Secondary rays of a picture, as a measure of work.
+fn rays(settings: &Settings) -> f64 {
+    let [width, height] = settings.resolution.map(f64::from);
+    width * height * f64::from(settings.spp.map_or(0, NonZeroU32::get)) * f64::from(settings.strategy.rays_per_sample())
+}

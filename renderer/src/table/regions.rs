@@ -1,0 +1,291 @@
+//! Which pixels belong to which square of the table: plates found by geometry, lights by the reference.
+
+use glam::{DVec3, DVec4, Vec3};
+
+use super::{LightSize, LobeWidth};
+use crate::error::Error;
+use crate::scene::{Geometry, Scene, Shape};
+
+/// A square of the table, in the order of [`super::TableRow::cells`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Square {
+    /// The row.
+    pub light: LightSize,
+    /// The column.
+    pub bsdf: LobeWidth,
+}
+
+impl Square {
+    /// Small/broad, small/sharp, large/broad, large/sharp.
+    pub const ALL: [Self; 4] = [
+        Self { light: LightSize::Small, bsdf: LobeWidth::Broad },
+        Self { light: LightSize::Small, bsdf: LobeWidth::Sharp },
+        Self { light: LightSize::Large, bsdf: LobeWidth::Broad },
+        Self { light: LightSize::Large, bsdf: LobeWidth::Sharp },
+    ];
+}
+
+/// The plates and lights of a scene, sorted into the rows and columns of the table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Groups {
+    /// Materials by lobe: indices into [`Scene::materials`].
+    pub sharp: Vec<usize>,
+    /// See `sharp`.
+    pub broad: Vec<usize>,
+    /// Lights by size: indices into [`Scene::shapes`].
+    pub small: Vec<usize>,
+    /// See `small`.
+    pub large: Vec<usize>,
+}
+
+impl Groups {
+    /// Plates are the materials `plate1` to `plate4` (1 and 2 are sharp, whatever their roughness has been set to); in
+    /// other scenes, all glossy materials in use, the smoother half (the middle one included) being sharp. Lights are those
+    /// switched on, the smaller half (without the middle one) being small; the size of a mesh is the radius of a sphere of
+    /// its area.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with fewer than two plates or lights.
+    pub fn of(scene: &Scene) -> Result<Self, Error> {
+        let used = |m: usize| scene.shapes.iter().any(|s| s.material == Some(m) && !emits(s));
+        let alpha = |m: usize| scene.materials[m].bsdf.alpha();
+        let named = ["plate1", "plate2", "plate3", "plate4"]
+            .map(|name| scene.materials.iter().position(|m| m.name == name).filter(|&m| alpha(m).is_some() && used(m)));
+        let (sharp, broad) = if let [Some(a), Some(b), Some(c), Some(d)] = named {
+            (vec![a, b], vec![c, d])
+        } else {
+            let glossy = (0..scene.materials.len()).filter(|&m| used(m));
+            let glossy: Vec<_> = glossy.filter_map(|m| alpha(m).map(|alpha| (alpha, m))).collect();
+            halves(glossy, true)
+        };
+        if sharp.is_empty() || broad.is_empty() {
+            return Err(Error::Invalid(format!(
+                "scene {}: {} glossy surfaces, expected at least 2 (materials named plate1 to plate4, or mirror, metal or \
+                 plastic) to sort by the width of their lobes",
+                scene.name,
+                sharp.len() + broad.len()
+            )));
+        }
+        let lights = scene.light_shapes().filter(|&i| emits(&scene.shapes[i]));
+        let (small, large) = halves(lights.map(|i| (size(&scene.shapes[i].geometry), i)).collect(), false);
+        if small.is_empty() || large.is_empty() {
+            return Err(Error::Invalid(format!(
+                "scene {}: {} lights that are on, expected at least 2 to sort by size",
+                scene.name,
+                small.len() + large.len()
+            )));
+        }
+        Ok(Self { sharp, broad, small, large })
+    }
+
+    /// Lights, the small ones first.
+    pub fn lights(&self) -> impl Iterator<Item = usize> + '_ {
+        self.small.iter().chain(&self.large).copied()
+    }
+
+    /// The square of every pixel; `None` where no plate is seen or no light is reflected. `materials` is by
+    /// [`visible_materials`]; `luminance` holds, for each of [`Self::lights`], what that light alone contributes.
+    pub fn squares(&self, materials: &[Option<usize>], luminance: &[Vec<f64>]) -> Vec<Option<Square>> {
+        let square = |(pixel, material): (usize, &Option<usize>)| {
+            let material = (*material)?;
+            let bsdf = if self.sharp.contains(&material) {
+                LobeWidth::Sharp
+            } else if self.broad.contains(&material) {
+                LobeWidth::Broad
+            } else {
+                return None;
+            };
+            let brightest =
+                (0..luminance.len()).max_by(|&a, &b| luminance[a][pixel].total_cmp(&luminance[b][pixel]))?;
+            let light = if brightest < self.small.len() { LightSize::Small } else { LightSize::Large };
+            (luminance[brightest][pixel] > 0.0).then_some(Square { light, bsdf })
+        };
+        materials.iter().enumerate().map(square).collect()
+    }
+}
+
+/// Whether a shape gives off light.
+fn emits(shape: &Shape) -> bool {
+    shape.light.as_ref().is_some_and(|light| light.on && light.radiance.max_element() > 0.0)
+}
+
+/// Sorts by value and splits in two; the middle one of an odd number goes to the lower half if `middle_low`.
+fn halves(mut items: Vec<(f32, usize)>, middle_low: bool) -> (Vec<usize>, Vec<usize>) {
+    items.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let split = (items.len() + usize::from(middle_low)) / 2;
+    let indices = |part: &[(f32, usize)]| part.iter().map(|&(_, i)| i).collect();
+    (indices(&items[..split]), indices(&items[split..]))
+}
+
+/// Radius of the sphere with the same area.
+fn size(geometry: &Geometry) -> f32 {
+    match geometry {
+        Geometry::Sphere { radius, .. } => *radius,
+        Geometry::Mesh { positions, triangles } => {
+            let area = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|i| positions[i as usize]);
+                0.5 * (b - a).cross(c - a).length()
+            };
+            (triangles.iter().map(area).sum::<f32>() / (4.0 * std::f32::consts::PI)).sqrt()
+        }
+    }
+}
+
+/// The material that each pixel shows, row by row from the top left: that of the first surface behind the pixel's centre,
+/// if all four corners show the same one. Lights and black surfaces are `None`.
+pub fn visible_materials(scene: &Scene, resolution: [u32; 2]) -> Vec<Option<usize>> {
+    let [width, height] = resolution.map(|n| n as usize);
+    let centres = Grid::new(scene, resolution, [width, height], 0.5).trace(scene);
+    let corners = Grid::new(scene, resolution, [width + 1, height + 1], 0.0).trace(scene);
+    let mut materials = Vec::with_capacity(width * height);
+    for y in 0..height {
+        for x in 0..width {
+            let corner = y * (width + 1) + x;
+            let around = [corner, corner + 1, corner + width + 1, corner + width + 2].map(|i| corners[i]);
+            let centre = centres[y * width + x];
+            materials.push(centre.filter(|_| around.iter().all(|&c| c == centre)));
+        }
+    }
+    materials
+}
+
+/// Camera rays through a regular grid of points of the image, in double precision.
+struct Grid {
+    size: [usize; 2],
+    /// Distance of the first point from the image's corner, in pixels.
+    offset: f64,
+    /// Camera position, world space.
+    origin: DVec3,
+    /// World directions: `corner + x right + y down`, x and y in pixels; not normalised.
+    corner: DVec3,
+    right: DVec3,
+    down: DVec3,
+    camera: glam::DMat4,
+    /// Pixel = `image_scale * (X, Y) / Z + image_shift` for camera space (X, Y, Z).
+    image_scale: [f64; 2],
+    image_shift: [f64; 2],
+}
+
+impl Grid {
+    fn new(scene: &Scene, resolution: [u32; 2], size: [usize; 2], offset: f64) -> Self {
+        let camera = &scene.camera;
+        let [width, height] = resolution.map(f64::from);
+        let [left, right, bottom, top] = camera.screen_window.unwrap_or_else(|| {
+            let (x, y) = (width / width.min(height), height / width.min(height));
+            [-x, x, -y, y]
+        });
+        let tan = (camera.fov_deg.to_radians() / 2.0).tan();
+        let world = camera.world_from_camera;
+        let direction = |x: f64, y: f64, z: f64| (world * DVec4::new(x, y, z, 0.0)).truncate();
+        let pixel = [(right - left) / width * tan, (bottom - top) / height * tan];
+        Self {
+            size,
+            offset,
+            origin: world.w_axis.truncate(),
+            corner: direction(left * tan, top * tan, 1.0),
+            right: direction(pixel[0], 0.0, 0.0),
+            down: direction(0.0, pixel[1], 0.0),
+            camera: world.inverse(),
+            image_scale: [1.0 / pixel[0], 1.0 / pixel[1]],
+            image_shift: [-left * tan / pixel[0], -top * tan / pixel[1]],
+        }
+    }
+
+    /// The material seen at every point, by testing each surface against the points inside its outline's bounds.
+    fn trace(&self, scene: &Scene) -> Vec<Option<usize>> {
+        let mut nearest = vec![(f64::INFINITY, None); self.size[0] * self.size[1]];
+        for shape in &scene.shapes {
+            let material = shape.material.filter(|_| shape.light.is_none());
+            match &shape.geometry {
+                Geometry::Sphere { center, radius } => {
+                    let signs = [-1.0, 1.0];
+                    let corners: Vec<Vec3> = signs
+                        .iter()
+                        .flat_map(|&x| signs.iter().flat_map(move |&y| signs.map(|z| Vec3::new(x, y, z))))
+                        .map(|sign| *center + *radius * sign)
+                        .collect();
+                    let (center, radius) = (center.as_dvec3(), f64::from(*radius));
+                    self.cover(&corners, material, &mut nearest, |d| hit_sphere(self.origin, d, center, radius));
+                }
+                Geometry::Mesh { positions, triangles } => {
+                    for triangle in triangles.iter() {
+                        let corners = triangle.map(|i| positions[i as usize]);
+                        let abc = corners.map(Vec3::as_dvec3);
+                        self.cover(&corners, material, &mut nearest, |d| hit_triangle(self.origin, d, abc));
+                    }
+                }
+            }
+        }
+        nearest.into_iter().map(|(_, material)| material).collect()
+    }
+
+    /// Tests the points of the grid that a convex body with these corners can cover.
+    fn cover(
+        &self,
+        corners: &[Vec3],
+        material: Option<usize>,
+        nearest: &mut [(f64, Option<usize>)],
+        hit: impl Fn(DVec3) -> Option<f64>,
+    ) {
+        let corners = corners.iter().map(|c| self.camera.transform_point3(c.as_dvec3()));
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let (mut any_in_front, mut any_behind) = (false, false);
+        for corner in corners {
+            any_in_front |= corner.z > 0.0;
+            any_behind |= corner.z <= 0.0;
+            for (axis, value) in [corner.x, corner.y].into_iter().enumerate() {
+                let pixel = self.image_scale[axis] * value / corner.z + self.image_shift[axis];
+                low[axis] = low[axis].min(pixel);
+                high[axis] = high[axis].max(pixel);
+            }
+        }
+        if !any_in_front {
+            return;
+        }
+        // What passes through the camera's plane has no bounds in the image.
+        let range = |axis: usize| {
+            let last = self.size[axis] as f64;
+            if any_behind {
+                return 0..self.size[axis];
+            }
+            let from = (low[axis] - self.offset - 1.0).clamp(0.0, last) as usize;
+            let to = (high[axis] - self.offset + 2.0).clamp(0.0, last) as usize;
+            from..to
+        };
+        for y in range(1) {
+            for x in range(0) {
+                let (px, py) = (x as f64 + self.offset, y as f64 + self.offset);
+                let direction = self.corner + px * self.right + py * self.down;
+                let point = &mut nearest[y * self.size[0] + x];
+                if let Some(t) = hit(direction) {
+                    if t < point.0 {
+                        *point = (t, material);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Smallest t > 0 where `origin + t direction` meets the sphere.
+fn hit_sphere(origin: DVec3, direction: DVec3, center: DVec3, radius: f64) -> Option<f64> {
+    let oc = origin - center;
+    let (a, half_b, c) = (direction.length_squared(), oc.dot(direction), oc.length_squared() - radius * radius);
+    let root = (half_b * half_b - a * c).sqrt();
+    // NaN, where the line misses, fails both tests.
+    [(-half_b - root) / a, (-half_b + root) / a].into_iter().find(|&t| t > 0.0)
+}
+
+/// t > 0 where `origin + t direction` meets the triangle (Möller and Trumbore 1997).
+fn hit_triangle(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let p = direction.cross(ac);
+    let determinant = ab.dot(p);
+    let from_a = origin - a;
+    let u = from_a.dot(p) / determinant;
+    let q = from_a.cross(ab);
+    let v = direction.dot(q) / determinant;
+    let t = ac.dot(q) / determinant;
+    // A determinant of 0 (edge-on) makes these infinite or NaN, and fails.
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t.is_finite()).then_some(t)
+}
