@@ -240,7 +240,7 @@ impl Default for Settings {
 
 impl Settings {
     /// Most pixels of one picture: the accumulators take about 100 bytes each.
-    pub const MAX_PIXELS: u64 = 1 << 26;
+    pub const MAX_PIXELS: u64 = 1 << 25;
 
     /// The pixels to render: pbrt's rule, `ceil(resolution * crop)` on either side.
     pub fn pixel_bounds(&self) -> PixelRect {

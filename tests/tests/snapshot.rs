@@ -8,10 +8,11 @@ use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 
 use glam::{DMat4, DVec3, Vec3};
-use mislab_renderer::snapshot::{Contents, SaveOptions, info, load_image, restore};
+use mislab_renderer::pbrt::embedded_scene;
+use mislab_renderer::snapshot::{Contents, SaveOptions, info, load_image, restore, save};
 use mislab_renderer::{
     Bsdf, Camera, Channel, FrameStats, Geometry, Heuristic, Light, Material, OneSampleWeights, PixelRect, Reflectance,
-    Request, SamplerKind, SamplerSettings, Scene, Settings, Shape, Strategy,
+    Request, SamplerKind, SamplerSettings, Scene, Settings, Shape, Strategy, render,
 };
 
 /// A scene with one of everything and numbers that decimal text easily spoils.
@@ -357,7 +358,7 @@ fn patched(from: &str, to: &str) -> Vec<u8> {
 fn edited_settings_and_scenes_are_checked() {
     let folder = folder();
     for (from, to, word) in [
-        ("\"light_prob\":0.1", "\"light_prob\":9.1", "light probability 9.1"),
+        ("\"light_prob\":0.1", "\"light_prob\":9.1", "mislabSettings: light probability 9.1"),
         ("\"light_prob\":0.1", "\"light_prob\":NaN", "mislabSettings"),
         ("\"strategy\":\"mis\"", "\"strategy\":\"mix\"", "mix"),
         ("\"strata\":[6,7]", "\"strata\":[0,7]", "0 x 7 strata"),
@@ -448,5 +449,37 @@ fn damaged_files_never_panic() {
             }
         }
         read(&mutant);
+    }
+}
+
+#[test]
+fn a_saved_frame_is_restored_and_renders_the_same_bits_again() {
+    let folder = folder();
+    let path = folder.path().join("veachMIS_MIS.exr");
+    let mut scene = embedded_scene().scene;
+    *scene.material_mut("plate3").expect("a plate").bsdf.alpha_mut().expect("is glossy") = 0.123_456_79;
+    let settings = Settings {
+        strategy: Strategy::Mis,
+        light_prob: 0.3,
+        resolution: [40, 30],
+        crop: [0.25, 0.9, 0.1, 1.0],
+        spp: NonZeroU32::new(5),
+        seed: 99,
+        ..Settings::default()
+    };
+    let frame = render(&Request { scene: Arc::new(scene), settings }, 1, &mut |_| true).expect("renders");
+    save(&frame, &path, &options()).expect("saves");
+
+    let restored = restore(&path).expect("restores");
+    assert_eq!(restored.request, **frame.request());
+    let again = render(&restored.picture_request(), 2, &mut |_| true).expect("renders again");
+    let image = load_image(&path).expect("loads");
+    assert_eq!(image.channels.len(), Channel::ALL.len());
+    for channel in Channel::ALL {
+        let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let name = channel.exr_name();
+        let saved = image.channel(name).unwrap_or_else(|| panic!("channel {name} is missing"));
+        assert_eq!(bits(saved), bits(&frame.channel(channel)), "channel {name} of the file");
+        assert_eq!(bits(saved), bits(&again.channel(channel)), "channel {name} rendered again");
     }
 }
