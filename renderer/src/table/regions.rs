@@ -257,10 +257,10 @@ impl Grid {
                 let (px, py) = (x as f64 + self.offset, y as f64 + self.offset);
                 let direction = self.corner + px * self.right + py * self.down;
                 let point = &mut nearest[y * self.size[0] + x];
-                if let Some(t) = hit(direction) {
-                    if t < point.0 {
-                        *point = (t, material);
-                    }
+                if let Some(t) = hit(direction)
+                    && t < point.0
+                {
+                    *point = (t, material);
                 }
             }
         }
