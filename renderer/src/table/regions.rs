@@ -170,10 +170,7 @@ impl Grid {
     fn new(scene: &Scene, resolution: [u32; 2], size: [usize; 2], offset: f64) -> Self {
         let camera = &scene.camera;
         let [width, height] = resolution.map(f64::from);
-        let [left, right, bottom, top] = camera.screen_window.unwrap_or_else(|| {
-            let (x, y) = (width / width.min(height), height / width.min(height));
-            [-x, x, -y, y]
-        });
+        let [left, right, bottom, top] = camera.screen(resolution);
         let tan = (camera.fov_deg.to_radians() / 2.0).tan();
         let world = camera.world_from_camera;
         let direction = |x: f64, y: f64, z: f64| (world * DVec4::new(x, y, z, 0.0)).truncate();
