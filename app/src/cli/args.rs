@@ -77,7 +77,7 @@ pub(super) struct RenderArgs {
     pub(super) spp: Option<NonZeroU32>,
 
     /// Seed of all random numbers
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
     pub(super) seed: Option<u32>,
 
     #[command(flatten)]
@@ -186,6 +186,10 @@ fn unit(text: &str) -> Result<f32, String> {
 
 fn at_least_one(text: &str) -> Result<NonZeroU32, String> {
     text.parse().map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
+}
+
+fn seed(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u32::MAX))
 }
 
 fn threads(text: &str) -> Result<usize, String> {

@@ -1,6 +1,8 @@
 //! A bar with rate and time left, on a terminal only.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::time::Duration;
+
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mislab_renderer::Progress;
 use mislab_renderer::table::TableProgress;
 
@@ -14,7 +16,7 @@ impl Bar {
     /// An empty bar; `quiet` never draws.
     pub(super) fn new(quiet: bool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let style = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}  {eta} left")
+        let style = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         Self(ProgressBar::with_draw_target(Some(TICKS), target).with_style(style))
     }
@@ -27,16 +29,23 @@ impl Bar {
             Some(target) => (format!(" of {target}"), f64::from(spp) / f64::from(target.max(1))),
             None => (String::new(), 0.0),
         };
-        self.show(fraction, format!("{spp}{of} spp, {rate:.0} Mpaths/s"));
+        self.show(fraction, elapsed, &format!("{spp}{of} spp, {rate:.0} Mpaths/s"));
     }
 
     /// The table's progress.
     pub(super) fn show_table(&self, progress: &TableProgress) {
-        self.show(progress.fraction, progress.step.clone());
+        self.show(progress.fraction, progress.elapsed, &progress.step);
     }
 
-    fn show(&self, fraction: f64, text: String) {
-        self.0.set_message(text);
+    fn show(&self, fraction: f64, elapsed: Duration, text: &str) {
+        let left = if fraction > 0.0 {
+            let seconds = elapsed.as_secs_f64() * (1.0 - fraction) / fraction;
+            // Bounded, so that a first slow moment of a long render cannot leave the range of a duration.
+            format!(", {} left", HumanDuration(Duration::from_secs_f64(seconds.clamp(0.0, 1e9))))
+        } else {
+            String::new()
+        };
+        self.0.set_message(format!("{text}{left}"));
         self.0.set_position((fraction * TICKS as f64) as u64);
     }
 
