@@ -357,7 +357,6 @@ mod tests {
                 }
             }
             let excess = ((chi2 - cells).max(0.0) / f64::from(trials)).sqrt();
-            println!("{n} {i} {j}: {excess}");
             assert!(excess < 0.1, "n = {n}, positions {i} and {j}: {excess}");
         }
     }

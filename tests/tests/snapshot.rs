@@ -366,6 +366,7 @@ fn edited_settings_and_scenes_are_checked() {
         ("\"resolution\":[20,37]", "\"resolution\":[20,0.]", "mislabSettings"),
         ("\"crop\":[0.125,0.7", "\"crop\":[0.825,0.7", "crop window"),
         ("\"heuristic\"", "\"heuristik\"", "mislabSettings"),
+        ("\"seed\":4294967295", "\"seed\":42,\"new\":1", "unknown setting `new`"),
         ("\"alpha\":0.02", "\"alpha\":2.02", "plate2"),
         ("\"material\":2", "\"material\":9", "material"),
         ("\"triangles\":[[0,1,2]]", "\"triangles\":[[0,1,3]]", "vertex 3"),

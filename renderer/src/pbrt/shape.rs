@@ -41,7 +41,7 @@ pub(super) fn read_shape(
     kind: &str,
     mut params: Params,
     at: Pos,
-    place: &Placement,
+    place: &Placement<'_>,
     log: &mut Log,
 ) -> Result<Option<Surface>, Error> {
     let surface = match kind {
@@ -80,7 +80,7 @@ pub(super) fn read_shape(
     Ok(surface)
 }
 
-fn sphere(params: &mut Params, at: Pos, place: &Placement, log: &mut Log) -> Result<Surface, Error> {
+fn sphere(params: &mut Params, at: Pos, place: &Placement<'_>, log: &mut Log) -> Result<Surface, Error> {
     let At { value: radius, at: radius_at } = params.float("radius", log)?.unwrap_or(At { value: 1.0, at });
     if radius <= 0.0 {
         return Err(log.error(radius_at, format!("sphere of radius {radius}, expected a number above 0")));
@@ -115,7 +115,7 @@ fn mesh(
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     at: Pos,
-    place: &Placement,
+    place: &Placement<'_>,
     log: &mut Log,
 ) -> Result<Option<Surface>, Error> {
     if points.len() > MAX_VERTICES || triangles.len() > MAX_TRIANGLES {

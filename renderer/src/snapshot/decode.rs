@@ -240,10 +240,10 @@ fn read_settings(json: &str) -> Result<Settings, String> {
     // A setting we do not know would be lost silently, and with it the promise of the same bits.
     let known = serde_json::to_value(&settings).map_err(|e| e.to_string())?;
     let found: serde_json::Value = serde_json::from_str(json).map_err(|e| e.to_string())?;
-    if let (Some(known), Some(found)) = (known.as_object(), found.as_object()) {
-        if let Some(name) = found.keys().find(|name| !known.contains_key(*name)) {
-            return Err(format!("unknown setting `{name}`"));
-        }
+    if let (Some(known), Some(found)) = (known.as_object(), found.as_object())
+        && let Some(name) = found.keys().find(|name| !known.contains_key(*name))
+    {
+        return Err(format!("unknown setting `{name}`"));
     }
     settings.check()?;
     Ok(settings)
