@@ -1,6 +1,7 @@
 //! `cargo xtask screenshot`: the picture in the README, made by the program itself on a virtual screen. Linux only.
 
 use std::io::{BufRead as _, BufReader};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
@@ -29,10 +30,13 @@ pub fn run() -> Result<(), String> {
     BufReader::new(stdout).read_line(&mut number).map_err(|error| format!("Xvfb: {error}"))?;
     let display = format!(":{}", number.trim());
 
-    let mut app = cargo();
-    app.args(["run", "--release", "--quiet", "--package", "mislab"]);
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    let program =
+        std::path::absolute(target.join("release/mislab")).map_err(|error| format!("release/mislab: {error}"))?;
+    let mut app = Command::new(program);
     isolate(&mut app, &scratch)?;
-    let _app = Running::start(app.env("DISPLAY", &display))?;
+    // The window shows the folder it was started in: not one of the person here.
+    let _app = Running::start(app.env("DISPLAY", &display).current_dir(std::env::temp_dir()))?;
     let on_screen = |program: &str| {
         let mut command = Command::new(program);
         command.env("DISPLAY", &display);
