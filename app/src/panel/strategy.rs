@@ -55,7 +55,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
 fn strategy_button(ui: &mut Ui, key: usize, strategy: Strategy, on: bool) -> bool {
     let inks = Inks::of(ui.visuals());
     let body = TextStyle::Body.resolve(ui.style()).size;
-    let font = FontId::unique(body * 1.12, medium());
+    let font = FontId::new(body * 1.12, medium());
     let key_font = FontId::proportional(body);
     let name = strategy_name(strategy);
     let painter = ui.painter();
