@@ -213,7 +213,9 @@ impl MisLabApp {
             Command::Restart => self.engine.restart(),
             Command::Undo => self.history.undo(&mut self.document),
             Command::Redo => self.history.redo(&mut self.document),
-            Command::Open => self.files.pick(self.document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into)),
+            Command::Open => {
+                self.files.pick(self.document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into))
+            }
             Command::OpenTyped => self.open_sheet = Some(OpenSheet::default()),
             Command::OpenPath(path) => self.files.open(path.clone()),
             Command::OpenShipped(which) => self.take_over(shipped(*which)),

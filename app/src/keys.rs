@@ -156,9 +156,7 @@ pub fn pressed(ctx: &Context) -> Vec<Command> {
             }
             let same = |wanted: &Modifiers| {
                 let shift_free = key == Key::Questionmark || key == Key::Plus;
-                wanted.command == modifiers.command
-                    && (wanted.shift == modifiers.shift || shift_free)
-                    && !modifiers.alt
+                wanted.command == modifiers.command && (wanted.shift == modifiers.shift || shift_free) && !modifiers.alt
             };
             match table.iter().find(|(wanted, k, _)| *k == key && same(wanted)) {
                 Some((_, _, command)) => {

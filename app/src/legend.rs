@@ -33,7 +33,7 @@ pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, view: &ViewState, dark:
     let corner = viewport.left_bottom() + vec2(PLATE_MARGIN, -PLATE_MARGIN - size.y);
     let plate = Rect::from_min_size(corner, size);
     let painter = ui.painter_at(viewport);
-    painter.rect_filled(plate, 4.0, ui.visuals().panel_fill.gamma_multiply(0.92));
+    painter.rect_filled(plate, 4.0, ui.visuals().panel_fill);
     legend.paint(&painter, plate.min + Vec2::splat(PLATE_MARGIN));
     let response = ui.interact(plate, ui.scope_id().with("legend"), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
@@ -55,8 +55,8 @@ struct Bar {
     width: f32,
     /// Colours from left to right, evenly spaced.
     colours: Vec<Color32>,
-    /// Position in [0, 1] and text; the first and the last are aligned to the ends.
-    ticks: Vec<(f32, Arc<Galley>)>,
+    /// Position in [0, 1] and the text, where there is room for one; the first and the last are aligned to the ends.
+    ticks: Vec<(f32, Option<Arc<Galley>>)>,
     undefined: Arc<Galley>,
     hatch: [Color32; 2],
 }
@@ -84,9 +84,9 @@ impl Legend {
             "Legend: {name}, {}, hatched: undefined",
             words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
         );
-        let galleys = words.into_iter().map(|(at, words)| (at, line(words, &small)));
-        let ticks = fitting(galleys.collect(), width);
-        let tick_height = ticks.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
+        let galleys: Vec<_> = words.into_iter().map(|(at, words)| (at, line(words, &small))).collect();
+        let tick_height = galleys.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
+        let ticks = fitting(galleys, width);
         let size = vec2(title.size().x.max(width + aside), title.size().y + GAP + BAR_HEIGHT + TICK + tick_height);
         let bar = Bar { width, colours: bar_colours(view, dark), ticks, undefined, hatch: tone::hatch(dark) };
         Self { title, note: None, bar: Some(bar), text, size, spoken }
@@ -120,8 +120,10 @@ impl Bar {
             } else {
                 Align2::CENTER_TOP
             };
-            let place = anchor.anchor_size(pos2(x, rect.bottom() + TICK), galley.size());
-            painter.galley(place.min, galley.clone(), ink);
+            if let Some(galley) = galley {
+                let place = anchor.anchor_size(pos2(x, rect.bottom() + TICK), galley.size());
+                painter.galley(place.min, galley.clone(), ink);
+            }
         }
         let swatch = Rect::from_min_size(rect.right_top() + vec2(2.0 * GAP, 0.0), Vec2::splat(BAR_HEIGHT));
         paint_hatch(painter, swatch, self.hatch);
@@ -174,25 +176,22 @@ fn power(log10: f32) -> String {
     }
 }
 
-/// The ticks whose text does not run into its neighbour's, the two ends first.
-fn fitting(ticks: Vec<(f32, Arc<Galley>)>, width: f32) -> Vec<(f32, Arc<Galley>)> {
+/// Takes away the text that would run into its neighbour's; the two ends keep theirs.
+fn fitting(ticks: Vec<(f32, Arc<Galley>)>, width: f32) -> Vec<(f32, Option<Arc<Galley>>)> {
     const BETWEEN: f32 = 8.0;
-    let mut free_until = 0.0;
-    let mut kept: Vec<(f32, Arc<Galley>)> = Vec::new();
     let last = ticks.len().saturating_sub(1);
     let last_left = ticks.last().map_or(width, |(_, galley)| width - galley.size().x - BETWEEN);
-    for (i, (at, galley)) in ticks.into_iter().enumerate() {
+    let mut free_from = 0.0;
+    let keep = |(i, (at, galley)): (usize, (f32, Arc<Galley>))| {
         let half = galley.size().x / 2.0;
-        let (left, right) = match i {
-            0 => (0.0, 2.0 * half),
-            _ => (at * width - half, at * width + half),
-        };
-        if i == 0 || i == last || (left >= free_until && right <= last_left) {
-            free_until = right + BETWEEN;
-            kept.push((at, galley));
+        let middle = if i == 0 { half } else { at * width };
+        let fits = i == 0 || i == last || (middle - half >= free_from && middle + half <= last_left);
+        if fits {
+            free_from = middle + half + BETWEEN;
         }
-    }
-    kept
+        (at, fits.then_some(galley))
+    };
+    ticks.into_iter().enumerate().map(keep).collect()
 }
 
 /// The colours along the bar, as the picture shows them.

@@ -1,6 +1,7 @@
 //! The app of MIS Lab: window, panels and command line.
 
 pub mod app;
+pub mod cli;
 pub mod colormap;
 pub mod command;
 pub mod document;
@@ -13,6 +14,7 @@ pub mod legend;
 pub mod math;
 pub mod panel;
 pub mod picking;
+pub mod png_file;
 pub mod prefs;
 pub mod swatch;
 pub mod table_job;

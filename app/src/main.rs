@@ -1,1 +1,7 @@
-fn main() {}
+//! The program `mislab`: see [`mislab::cli`].
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    mislab::cli::main()
+}

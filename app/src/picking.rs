@@ -168,7 +168,10 @@ impl Projector {
         for shape in target.shapes(scene) {
             match &shape.geometry {
                 Geometry::Sphere { center, radius } => {
-                    self.sphere_outline(center.as_dvec3(), f64::from(*radius)).into_iter().flatten().for_each(&mut include);
+                    self.sphere_outline(center.as_dvec3(), f64::from(*radius))
+                        .into_iter()
+                        .flatten()
+                        .for_each(&mut include);
                 }
                 Geometry::Mesh { positions, .. } => {
                     positions.iter().filter_map(|p| self.project(p.as_dvec3())).for_each(&mut include);

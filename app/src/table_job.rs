@@ -38,11 +38,8 @@ impl TableJob {
         let (ctx, stopped, shared) = (ctx.clone(), stop.clone(), progress.clone());
         let thread = std::thread::Builder::new().name("table".into()).spawn(move || {
             let result = run_table(&scene, &options, &mut |now| {
-                *lock(&shared) = Progress {
-                    step: now.step.clone(),
-                    fraction: now.fraction as f32,
-                    elapsed: now.elapsed,
-                };
+                *lock(&shared) =
+                    Progress { step: now.step.clone(), fraction: now.fraction as f32, elapsed: now.elapsed };
                 ctx.request_repaint_after(Duration::from_millis(50));
                 !stopped.load(Ordering::Relaxed)
             });

@@ -255,9 +255,9 @@ pub fn render(planes: &Planes, u: &Uniforms, size: [usize; 2]) -> Vec<u8> {
     let (columns, rows) = (lookup(0), lookup(1));
     let surround = rgb(u.surround);
     let fade = STALE_FADE * u.stale;
-    let mut out = Vec::with_capacity(size[0] * size[1] * 4);
-    for (y, row) in rows.iter().enumerate() {
-        for (x, column) in columns.iter().enumerate() {
+    let mut out = vec![255; size[0] * size[1] * 4];
+    for (y, (row, line)) in rows.iter().zip(out.chunks_exact_mut((size[0] * 4).max(1))).enumerate() {
+        for (x, (column, pixel)) in columns.iter().zip(line.chunks_exact_mut(4)).enumerate() {
             let shown = match (column, row) {
                 (Some(column), Some(row)) => {
                     let at = [x as f32 + 0.5, y as f32 + 0.5];
@@ -266,8 +266,7 @@ pub fn render(planes: &Planes, u: &Uniforms, size: [usize; 2]) -> Vec<u8> {
                 }
                 _ => surround,
             };
-            out.extend(shown.map(|v| (v * 255.0 + 0.5) as u8));
-            out.push(255);
+            pixel[..3].copy_from_slice(&shown.map(|v| (v * 255.0 + 0.5) as u8));
         }
     }
     out

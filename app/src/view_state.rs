@@ -118,7 +118,7 @@ impl ViewState {
 
     /// One image pixel to one physical screen pixel (Ctrl+0); what is at the centre stays there.
     pub fn actual_size(&mut self, geometry: &Geometry) {
-        self.zoom_about(geometry, geometry.viewport.center(), 1.0 / geometry.scale);
+        self.place(geometry, 1.0, geometry.centre, Vec2::ZERO);
     }
 
     /// Magnifies by `factor`; what lies under `screen` stays there.

@@ -153,7 +153,7 @@ impl Viewport {
             .is_some_and(|held| Arc::ptr_eq(&held.planes, planes) && held.uniforms == uniforms && held.size == size);
         if !current {
             let pixels = tone::render(planes, &uniforms, size);
-            let image = egui::ColorImage::from_rgba_unmultiplied(size, &pixels);
+            let image = egui::ColorImage::from_rgba_premultiplied(size, &pixels);
             let texture = match self.cpu.take() {
                 Some(mut held) => {
                     held.texture.set(image, egui::TextureOptions::NEAREST);

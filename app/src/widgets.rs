@@ -152,8 +152,7 @@ impl ParamSlider<'_> {
                 hovered |= response.hovered();
             }
             let font = TextStyle::Body.resolve(ui.style());
-            let measure =
-                |s: &str| ui.painter().layout_no_wrap(s.to_owned(), font.clone(), Color32::WHITE).size().x;
+            let measure = |s: &str| ui.painter().layout_no_wrap(s.to_owned(), font.clone(), Color32::WHITE).size().x;
             let field = measure(template) + if unit.is_empty() { 0.0 } else { measure(unit) + 4.0 } + 4.0 * GRID;
             let rail = (ui.available_width() - field - ui.spacing().item_spacing.x).max(40.0);
             ui.spacing_mut().slider_width = rail;
@@ -191,14 +190,10 @@ impl ParamSlider<'_> {
                 .update_while_editing(false);
             let field_height = ui.spacing().interact_size.y;
             let number = ui
-                .allocate_ui_with_layout(
-                    vec2(field, field_height),
-                    Layout::right_to_left(Align::Center),
-                    |ui| {
-                        ui.spacing_mut().button_padding.x = 1.5 * GRID;
-                        ui.add_sized(vec2(field, field_height), number)
-                    },
-                )
+                .allocate_ui_with_layout(vec2(field, field_height), Layout::right_to_left(Align::Center), |ui| {
+                    ui.spacing_mut().button_padding.x = 1.5 * GRID;
+                    ui.add_sized(vec2(field, field_height), number)
+                })
                 .inner
                 .accessible_name(format!("{name} value"));
             hovered |= number.hovered() || number.dragged();
@@ -303,7 +298,13 @@ pub fn seconds(seconds: f64) -> String {
 /// Three digits, as many decimals as that leaves.
 pub fn three_digits(value: f64) -> String {
     let magnitude = value.abs();
-    let decimals = if magnitude < 9.995 { 2 } else if magnitude < 99.95 { 1 } else { 0 };
+    let decimals = if magnitude < 9.995 {
+        2
+    } else if magnitude < 99.95 {
+        1
+    } else {
+        0
+    };
     format!("{value:.decimals$}")
 }
 

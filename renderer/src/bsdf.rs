@@ -9,7 +9,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use crate::lanes::{Lanes, Mask, Real, V3};
-use crate::sampler::{Dimension, Sampler};
+use crate::sampler::{Dimension, Numbers};
 use crate::scene::{Bsdf, Reflectance};
 use crate::warp;
 
@@ -245,7 +245,7 @@ pub struct BsdfSample<L: Lanes> {
 
 /// Draws a direction, with the density of [`evaluate`] or, on Dirac lobes, the mirror direction.
 #[inline(always)]
-pub fn sample<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Sampler<'_, L>) -> BsdfSample<L> {
+pub fn sample<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Numbers<L>) -> BsdfSample<L> {
     let u = random.get_2d(Dimension::Bsdf);
     let specular_prob = s.specular_prob(l);
     let mut from_specular = s.specular;

@@ -189,8 +189,9 @@ fn check_material(material: &scene::Material) -> Result<(), Error> {
         scene::Bsdf::Matte { kd } => check("diffuse reflectance", *kd, 1.0),
         scene::Bsdf::Conductor { reflectance: scene::Reflectance::Constant(r), .. } => check("reflectance", *r, 1.0),
         scene::Bsdf::Conductor { reflectance: scene::Reflectance::Fresnel { eta, k }, .. } => {
-            check("index eta", *eta, 1e6)?;
-            check("absorption k", *k, 1e6)
+            // Beyond, squares of squares overflow.
+            check("index eta", *eta, 1e9)?;
+            check("absorption k", *k, 1e9)
         }
         scene::Bsdf::Plastic { kd, ks, .. } => {
             check("diffuse reflectance", *kd, 1.0)?;

@@ -34,12 +34,7 @@ impl Pinhole {
             return Err(Error::Invalid("camera transform cannot be inverted, expected position and directions".into()));
         }
         let [w, h] = resolution.map(f64::from);
-        let aspect = w / h;
-        let [x0, x1, y0, y1] = camera.screen_window.unwrap_or(if aspect > 1.0 {
-            [-aspect, aspect, -1.0, 1.0]
-        } else {
-            [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
-        });
+        let [x0, x1, y0, y1] = camera.screen(resolution);
         let half = (camera.fov_deg.to_radians() / 2.0).tan();
         let direction = |x: f64, y: f64, z: f64| m.transform_vector3(glam::DVec3::new(x * half, y * half, z));
         Ok(Self {

@@ -23,7 +23,7 @@ use crate::bsdf::{self, Surface};
 use crate::build::BuiltScene;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::mis;
-use crate::sampler::{Dimension, Sampler};
+use crate::sampler::{Dimension, Numbers};
 use crate::settings::{OneSampleWeights, Settings, Strategy};
 
 /// A direction as a technique drew it.
@@ -83,61 +83,69 @@ pub fn reflected_radiance<L: Lanes>(
     settings: &Settings,
     s: &Surface<L>,
     wo: V3<L>,
-    random: &Sampler<'_, L>,
+    random: &Numbers<L>,
 ) -> Reflected<L> {
-    let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
     let one = l.f(1.0);
-    match settings.strategy {
-        Strategy::Light => {
-            let x = candidate(l, scene, s, wo, &light_technique(l, scene, s, random));
-            Reflected { light: contribution(l, &x, one, one, x.p.light, l.m(true)), bsdf: none }
-        }
-        Strategy::Bsdf => {
-            let x = candidate(l, scene, s, wo, &bsdf_technique(l, s, wo, random));
-            Reflected { light: none, bsdf: contribution(l, &x, one, one, x.p.bsdf, l.m(true)) }
-        }
-        Strategy::MisAll => {
-            let x = candidate(l, scene, s, wo, &light_technique(l, scene, s, random));
-            let w_light = mis::weight(l, settings.heuristic, x.p.light, x.p.bsdf, true);
-            let light = contribution(l, &x, w_light, one, x.p.light, l.m(true));
+    let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
+    let mut sum = Reflected { light: none, bsdf: none };
 
-            let x = candidate(l, scene, s, wo, &bsdf_technique(l, s, wo, random));
-            let w_bsdf = mis::weight(l, settings.heuristic, x.p.bsdf, x.p.light, false);
-            let bsdf = contribution(l, &x, w_bsdf, one, x.p.bsdf, l.m(true));
-            Reflected { light, bsdf }
-        }
-        Strategy::Mis => {
-            let c_light = l.f(settings.light_prob);
-            let c_bsdf = one - c_light;
-            let draws_light = random.get_1d(Dimension::Technique).lt(c_light);
-            let draw = select(draws_light, &light_technique(l, scene, s, random), &bsdf_technique(l, s, wo, random));
-            let x = candidate(l, scene, s, wo, &draw);
-
-            // Veach's weights count how often a technique is chosen, the tutorial's do not.
-            let (a_light, a_bsdf) = match settings.weights {
-                OneSampleWeights::Veach => (c_light * x.p.light, c_bsdf * x.p.bsdf),
-                OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
-            };
-            let w_light = mis::weight(l, settings.heuristic, a_light, a_bsdf, true);
-            let w_bsdf = mis::weight(l, settings.heuristic, a_bsdf, a_light, false);
-            Reflected {
-                light: contribution(l, &x, w_light, c_light, x.p.light, draws_light),
-                bsdf: contribution(l, &x, w_bsdf, c_bsdf, x.p.bsdf, !draws_light),
+    for ray in 0..settings.strategy.rays_per_sample() {
+        // Which technique draws this ray (in which lanes), and with what probability c each does.
+        let (by_light, c_light, c_bsdf) = match settings.strategy {
+            Strategy::Light => (l.m(true), one, one),
+            Strategy::Bsdf => (l.m(false), one, one),
+            Strategy::MisAll => (l.m(ray == 0), one, one),
+            Strategy::Mis => {
+                let c = l.f(settings.light_prob);
+                (random.get_1d(Dimension::Technique).lt(c), c, one - c)
             }
-        }
+        };
+        let draw = draw(l, scene, s, wo, by_light, random);
+        let x = candidate(l, scene, s, wo, &draw);
+
+        // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
+        let (a_light, a_bsdf) = match settings.weights {
+            OneSampleWeights::Veach => (c_light * x.p.light, c_bsdf * x.p.bsdf),
+            OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
+        };
+        let (w_light, w_bsdf) = match settings.strategy {
+            Strategy::Light | Strategy::Bsdf => (one, one),
+            Strategy::MisAll | Strategy::Mis => (
+                mis::weight(l, settings.heuristic, a_light, a_bsdf, true),
+                mis::weight(l, settings.heuristic, a_bsdf, a_light, false),
+            ),
+        };
+        sum.light = add(sum.light, contribution(l, &x, w_light, c_light, x.p.light, by_light));
+        sum.bsdf = add(sum.bsdf, contribution(l, &x, w_bsdf, c_bsdf, x.p.bsdf, !by_light));
     }
+    sum
+}
+
+/// A direction, by the light technique where `by_light`, by the BSDF technique elsewhere.
+#[inline(always)]
+fn draw<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, wo: V3<L>, by_light: L::M, random: &Numbers<L>) -> Draw<L> {
+    let nothing = l.f(0.0);
+    let mut draw =
+        Draw { wi: s.n, valid: l.m(false), dirac: l.m(false), dirac_f: V3::all(nothing), dirac_pmf: nothing };
+    if by_light.any() {
+        draw = light_technique(l, scene, s, random);
+    }
+    if !by_light.all() {
+        draw = select(by_light, &draw, &bsdf_technique(l, s, wo, random));
+    }
+    draw
 }
 
 /// A direction towards a light.
 #[inline(always)]
-fn light_technique<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, random: &Sampler<'_, L>) -> Draw<L> {
+fn light_technique<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, random: &Numbers<L>) -> Draw<L> {
     let (wi, valid) = scene.lights.sample(l, s.p, random);
     Draw { wi, valid, dirac: l.m(false), dirac_f: V3::all(l.f(0.0)), dirac_pmf: l.f(0.0) }
 }
 
 /// A direction by the lobe of the BSDF.
 #[inline(always)]
-fn bsdf_technique<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Sampler<'_, L>) -> Draw<L> {
+fn bsdf_technique<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Numbers<L>) -> Draw<L> {
     let drawn = bsdf::sample(l, s, wo, random);
     Draw { wi: drawn.wi, valid: s.scatters(), dirac: drawn.dirac, dirac_f: drawn.dirac_f, dirac_pmf: drawn.dirac_pmf }
 }
@@ -167,6 +175,12 @@ fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, c: L::F, p: L::F
     let carries = drawn & !p.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
     let value = x.f * (weight / (c * p));
     Contribution { value: V3::select(carries, value, V3::all(zero)), weight: carries.select(weight, zero), carries }
+}
+
+/// Sums what two rays of one sample add; at most one of them is drawn by this technique.
+#[inline(always)]
+fn add<L: Lanes>(a: Contribution<L>, b: Contribution<L>) -> Contribution<L> {
+    Contribution { value: a.value + b.value, weight: a.weight + b.weight, carries: a.carries | b.carries }
 }
 
 /// `a` where true, `b` elsewhere.

@@ -29,8 +29,8 @@ pub(crate) const COUNT: usize = 4;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sums {
     channels: usize,
-    pub(crate) sum: Vec<f32>,
-    pub(crate) carry: Vec<f32>,
+    sum: Vec<f32>,
+    carry: Vec<f32>,
 }
 
 impl Sums {
@@ -70,11 +70,20 @@ impl Sums {
         errors.store(carry);
     }
 
-    /// Sum of one channel of one pixel.
+    /// Sums of one channel over `samples` samples, lane by lane.
     #[inline(always)]
-    pub(crate) fn get(&self, samples: u32, block: usize, channel: usize, lane: usize) -> f64 {
-        let at = (block * self.channels + channel) * PACKET + lane;
-        if samples > 1 { f64::from(self.sum[at]) + f64::from(self.carry[at]) } else { f64::from(self.sum[at]) }
+    fn block(&self, samples: u32, block: usize, channel: usize) -> [f64; PACKET] {
+        let at = (block * self.channels + channel) * PACKET;
+        let mut out = [0.0; PACKET];
+        for (out, &sum) in out.iter_mut().zip(&self.sum[at..at + PACKET]) {
+            *out = f64::from(sum);
+        }
+        if samples > 1 {
+            for (out, &carry) in out.iter_mut().zip(&self.carry[at..at + PACKET]) {
+                *out += f64::from(carry);
+            }
+        }
+        out
     }
 }
 
@@ -90,12 +99,12 @@ pub struct Tile {
     /// Samples per pixel in the sums.
     pub samples: u32,
     /// Which techniques the strategy draws; the other's sums mean nothing.
-    pub(crate) draws: [bool; 2],
-    pub(crate) light: Sums,
-    pub(crate) bsdf: Sums,
+    draws: [bool; 2],
+    light: Sums,
+    bsdf: Sums,
     /// Directly visible emission; empty while no light has been seen.
-    pub(crate) emission: Option<Sums>,
-    pub(crate) luminance2: Sums,
+    emission: Option<Sums>,
+    luminance2: Sums,
 }
 
 impl Tile {
@@ -180,6 +189,31 @@ impl Tile {
         let [dx, dy] = [x - self.origin[0], y - self.origin[1]];
         let block = (dy / BLOCK) * self.blocks[0] + dx / BLOCK;
         (block as usize, ((dy % BLOCK) * BLOCK + dx % BLOCK) as usize)
+    }
+
+    /// Sums of the light technique's group over all samples, one value per pixel of `block`.
+    #[inline(always)]
+    pub(crate) fn light(&self, block: usize, channel: usize) -> [f64; PACKET] {
+        if self.draws[0] { self.light.block(self.samples, block, channel) } else { [0.0; PACKET] }
+    }
+
+    /// The same of the BSDF technique's group.
+    #[inline(always)]
+    pub(crate) fn bsdf(&self, block: usize, channel: usize) -> [f64; PACKET] {
+        if self.draws[1] { self.bsdf.block(self.samples, block, channel) } else { [0.0; PACKET] }
+    }
+
+    /// The same of the directly visible emission.
+    #[inline(always)]
+    pub(crate) fn emission(&self, block: usize, channel: usize) -> [f64; PACKET] {
+        // Its buffers start as zeros, so the carries always mean something.
+        self.emission.as_ref().map_or([0.0; PACKET], |e| e.block(2, block, channel))
+    }
+
+    /// Sums of the squared luminance of samples.
+    #[inline(always)]
+    pub(crate) fn luminance2(&self, block: usize) -> [f64; PACKET] {
+        self.luminance2.block(self.samples, block, 0)
     }
 
     /// Adds sample number `sample` of the lanes at `lane` of `block`, and returns how many of them

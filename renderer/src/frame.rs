@@ -208,40 +208,85 @@ fn resolve_tile(tile: &Tile, channel: Channel, bounds: PixelRect, out: &mut [f32
     }
 }
 
-/// The values of one channel at the sixteen pixels of a block, from the sums of the film.
+/// The values of one channel at the sixteen pixels of a block, from the sums of the film. Plain
+/// loops over whole blocks: the compiler makes vectors of them.
 #[inline(always)]
 fn resolve_block(tile: &Tile, channel: Channel, block: usize, values: &mut [f32; PACKET]) {
-    let n = tile.samples;
-    let spp = f64::from(n);
-    for (lane, value) in values.iter_mut().enumerate() {
-        let light = |c: usize| if tile.draws[0] { tile.light.get(n, block, c, lane) } else { 0.0 };
-        let bsdf = |c: usize| if tile.draws[1] { tile.bsdf.get(n, block, c, lane) } else { 0.0 };
-        // Emission starts as zeros, so its carries always mean something.
-        let emission = |c: usize| tile.emission.as_ref().map_or(0.0, |e| e.get(2, block, c, lane));
-        let total = |c: usize| light(c) + bsdf(c) + emission(c);
-        let mean_weight = |weight: f64, count: f64| if count > 0.0 { weight / count } else { f64::NAN };
-        let luminance = |of: &dyn Fn(usize) -> f64| (0..3).map(|c| f64::from(LUMINANCE[c]) * of(c)).sum::<f64>();
-        *value = match channel {
-            Channel::R => total(0) / spp,
-            Channel::G => total(1) / spp,
-            Channel::B => total(2) / spp,
-            Channel::LightR => light(0) / spp,
-            Channel::LightG => light(1) / spp,
-            Channel::LightB => light(2) / spp,
-            Channel::BsdfR => bsdf(0) / spp,
-            Channel::BsdfG => bsdf(1) / spp,
-            Channel::BsdfB => bsdf(2) / spp,
-            Channel::WeightLightY => mean_weight(light(WEIGHT), light(COUNT)),
-            Channel::WeightBsdfY => mean_weight(bsdf(WEIGHT), bsdf(COUNT)),
-            Channel::ShareLightY => {
-                let from_light = luminance(&light);
-                from_light / (from_light + luminance(&bsdf))
+    let spp = f64::from(tile.samples);
+    let result = match channel {
+        Channel::R => scaled(&total(tile, block, 0), spp),
+        Channel::G => scaled(&total(tile, block, 1), spp),
+        Channel::B => scaled(&total(tile, block, 2), spp),
+        Channel::LightR => scaled(&tile.light(block, 0), spp),
+        Channel::LightG => scaled(&tile.light(block, 1), spp),
+        Channel::LightB => scaled(&tile.light(block, 2), spp),
+        Channel::BsdfR => scaled(&tile.bsdf(block, 0), spp),
+        Channel::BsdfG => scaled(&tile.bsdf(block, 1), spp),
+        Channel::BsdfB => scaled(&tile.bsdf(block, 2), spp),
+        // 0 / 0 where no sample carried light: undefined, as it should be.
+        Channel::WeightLightY => quotient(&tile.light(block, WEIGHT), &tile.light(block, COUNT)),
+        Channel::WeightBsdfY => quotient(&tile.bsdf(block, WEIGHT), &tile.bsdf(block, COUNT)),
+        Channel::ShareLightY => {
+            let light = luminance([tile.light(block, 0), tile.light(block, 1), tile.light(block, 2)]);
+            let bsdf = luminance([tile.bsdf(block, 0), tile.bsdf(block, 1), tile.bsdf(block, 2)]);
+            quotient(&light, &plus(&light, &bsdf))
+        }
+        Channel::VarianceY => {
+            let sum = luminance([total(tile, block, 0), total(tile, block, 1), total(tile, block, 2)]);
+            let squares = tile.luminance2(block);
+            let mut variance = [0.0; PACKET];
+            for i in 0..PACKET {
+                variance[i] = (squares[i] - sum[i] * sum[i] / spp).max(0.0) / (spp - 1.0);
             }
-            Channel::VarianceY => {
-                let sum = luminance(&total);
-                let squares = tile.luminance2.get(n, block, 0, lane);
-                ((squares - sum * sum / spp).max(0.0)) / (spp - 1.0)
-            }
-        } as f32;
+            variance
+        }
+    };
+    for i in 0..PACKET {
+        values[i] = result[i] as f32;
     }
+}
+
+type Block = [f64; PACKET];
+
+#[inline(always)]
+fn total(tile: &Tile, block: usize, channel: usize) -> Block {
+    plus(&plus(&tile.light(block, channel), &tile.bsdf(block, channel)), &tile.emission(block, channel))
+}
+
+#[inline(always)]
+fn plus(a: &Block, b: &Block) -> Block {
+    let mut sum = [0.0; PACKET];
+    for i in 0..PACKET {
+        sum[i] = a[i] + b[i];
+    }
+    sum
+}
+
+#[inline(always)]
+fn scaled(a: &Block, spp: f64) -> Block {
+    let mut mean = [0.0; PACKET];
+    for i in 0..PACKET {
+        mean[i] = a[i] / spp;
+    }
+    mean
+}
+
+#[inline(always)]
+fn quotient(a: &Block, b: &Block) -> Block {
+    let mut q = [0.0; PACKET];
+    for i in 0..PACKET {
+        q[i] = a[i] / b[i];
+    }
+    q
+}
+
+#[inline(always)]
+fn luminance(rgb: [Block; 3]) -> Block {
+    let mut y = [0.0; PACKET];
+    for i in 0..PACKET {
+        y[i] = f64::from(LUMINANCE[0]) * rgb[0][i]
+            + f64::from(LUMINANCE[1]) * rgb[1][i]
+            + f64::from(LUMINANCE[2]) * rgb[2][i];
+    }
+    y
 }

@@ -5,8 +5,10 @@
 use crate::build::BuiltScene;
 use crate::estimator::{Contribution, Reflected, reflected_radiance};
 use crate::film::{BLOCK, Tile};
-use crate::lanes::{Lanes, Level, Mask, PACKET, Single, Uint, V3, Wide, dispatch};
-use crate::sampler::{Dimension, Sampler, pixel_keys};
+#[cfg(not(target_arch = "x86_64"))]
+use crate::lanes::dispatch;
+use crate::lanes::{Lanes, Level, Mask, PACKET, Simd, Single, Uint, V3, Wide};
+use crate::sampler::{Dimension, draw, pixel_keys};
 use crate::settings::Settings;
 
 /// How the kernel runs. All ways agree up to the rounding of fused operations.
@@ -35,7 +37,31 @@ impl Lanewise {
 
 /// Adds `count` samples to every pixel of the tile; returns how many were invalid.
 pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
+    // By hand rather than by `dispatch!`, which would compile the kernel for two more levels that
+    // no machine of the last ten years needs.
     match how {
+        #[cfg(target_arch = "x86_64")]
+        Lanewise::Wide(level) => {
+            if let Some(simd) = level.as_avx512() {
+                simd.vectorize(
+                    #[inline(always)]
+                    || add_samples(Wide(simd), scene, settings, tile, count),
+                )
+            } else if let Some(simd) = level.as_avx2() {
+                simd.vectorize(
+                    #[inline(always)]
+                    || add_samples(Wide(simd), scene, settings, tile, count),
+                )
+            } else if let Some(simd) = level.as_sse4_2() {
+                simd.vectorize(
+                    #[inline(always)]
+                    || add_samples(Wide(simd), scene, settings, tile, count),
+                )
+            } else {
+                add_samples(Single, scene, settings, tile, count)
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
         Lanewise::Wide(level) => dispatch!(level, simd => add_samples(Wide(simd), scene, settings, tile, count)),
         Lanewise::Single => add_samples(Single, scene, settings, tile, count),
     }
@@ -54,7 +80,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
             let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
             let keys = pixel_keys(l, settings.seed, x, y);
             for sample in first..first + count {
-                let random = Sampler::new(l, &settings.sampler, keys, sample);
+                let random = draw(l, &settings.sampler, settings.strategy, keys, sample);
                 let [jx, jy] = random.get_2d(Dimension::Pixel);
                 let dir = scene.camera.direction(l, x.to_real() + jx, y.to_real() + jy);
                 let hit = scene.camera_hit(l, dir);

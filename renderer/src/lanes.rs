@@ -11,11 +11,11 @@
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
 use fearless_simd::{
-    Bytes as _, Simd, SimdBase as _, SimdFloat as _, SimdFrom as _, SimdInt as _, SimdMask as _, f32x16, i32x16,
-    mask32x16, u32x16,
+    Bytes as _, SimdBase as _, SimdFloat as _, SimdFrom as _, SimdInt as _, SimdMask as _, f32x16, i32x16, mask32x16,
+    u32x16,
 };
 
-pub use fearless_simd::{Level, dispatch};
+pub use fearless_simd::{Level, Simd, dispatch};
 
 /// Pixels per packet: a block of 4 x 4. [`Single`] walks the same blocks one pixel at a time.
 pub const PACKET: usize = 16;

@@ -1,4 +1,21 @@
-//! Renderer of MIS Lab.
+//! The renderer of MIS Lab: everything that makes pictures and numbers, and no window.
+//!
+//! A camera ray meets a surface at x. What it reflects towards the eye is
+//!
+//! ```text
+//! L(x, wo) = integral over directions of  bsdf(wo, wi) Le(wi) V(wi) |cos| dwi
+//! ```
+//!
+//! and is estimated with one secondary ray per sample (two for `mis_all`), drawn from the lights,
+//! from the BSDF, or from either, and weighted by multiple importance sampling.
+//!
+//! Reading order: [`estimator`] is the page all else serves; [`mis`] the heuristics; [`light`],
+//! [`bsdf`] and [`warp`] the two techniques' samples and densities; [`sampler`] the random numbers;
+//! [`lanes`] how one text runs on sixteen pixels at once. [`scene`] and [`settings`] say *what* is
+//! rendered, [`build`], [`geometry`], [`shape`] and [`camera`] bring it into shape, [`kernel`] walks
+//! over pixels, [`film`] adds up, [`progressive`] does so in the background and hands out a
+//! [`frame`]. [`pbrt`] reads scene files.
+
 pub mod bsdf;
 pub mod build;
 pub mod camera;

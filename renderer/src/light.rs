@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use crate::lanes::{Lanes, Mask, Real, Uint, V3};
-use crate::sampler::{Dimension, Sampler};
+use crate::sampler::{Dimension, Numbers};
 use crate::shape::{Ball, Facet};
 use crate::warp;
 
@@ -135,7 +135,7 @@ impl Lights {
     /// direction by its own law. The density is `look(..).pdf`. False where the light chosen turns
     /// its back: such a sample has failed, whatever else lies in its direction.
     #[inline(always)]
-    pub fn sample<L: Lanes>(&self, l: L, p: V3<L>, random: &Sampler<'_, L>) -> (V3<L>, L::M) {
+    pub fn sample<L: Lanes>(&self, l: L, p: V3<L>, random: &Numbers<L>) -> (V3<L>, L::M) {
         let n = self.list.len();
         if n == 0 {
             return (V3 { x: l.f(0.0), y: l.f(0.0), z: l.f(1.0) }, l.m(false));

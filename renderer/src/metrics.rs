@@ -176,10 +176,10 @@ impl Sums {
         self.compared += other.compared;
         self.both_undefined += other.both_undefined;
         self.mismatch += other.mismatch;
-        if let Some((d, i)) = other.maximum {
-            if self.maximum.is_none_or(|(largest, _)| d > largest) {
-                self.maximum = Some((d, i));
-            }
+        if let Some((d, i)) = other.maximum
+            && self.maximum.is_none_or(|(largest, _)| d > largest)
+        {
+            self.maximum = Some((d, i));
         }
     }
 

@@ -163,6 +163,7 @@ struct Pass {
 }
 
 /// Something for a worker to do, taken from the core under its lock.
+#[expect(clippy::large_enum_variant, reason = "moved once per task, never stored")]
 enum Task {
     Build { picture: u64, generation: u64, request: Request },
     Tile(TileTask),
@@ -343,8 +344,11 @@ impl Shared {
 
     /// A worker's life.
     fn run(&self) {
-        // The window comes first. Where the system refuses, everything still works.
-        let _ = ThreadPriority::Min.set_for_current();
+        // The window comes first (nice 5 where the system counts so; the lowest priority would
+        // starve next to any other busy program). Where the system refuses, everything still works.
+        if let Ok(below_normal) = 37u8.try_into() {
+            let _ = ThreadPriority::Crossplatform(below_normal).set_for_current();
+        }
         while let Some(task) = self.next_task() {
             let news = match task {
                 Task::Build { picture, generation, request } => self.build(picture, generation, request),

@@ -4,7 +4,7 @@
 //! computed in any order, on any thread, skipped or replayed, and give the same bits.
 
 use crate::lanes::{Lanes, Mask, Real, Uint};
-use crate::settings::{SamplerKind, SamplerSettings};
+use crate::settings::{SamplerKind, SamplerSettings, Strategy};
 
 /// What a random number is for. The same technique finds the same numbers in every strategy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +21,26 @@ pub enum Dimension {
     Lobe = 4,
     /// Direction in the lobe (2).
     Bsdf = 5,
+}
+
+impl Dimension {
+    /// All dimensions, by number.
+    pub const ALL: [Self; 6] = [Self::Pixel, Self::Technique, Self::LightChoice, Self::Light, Self::Lobe, Self::Bsdf];
+
+    #[inline(always)]
+    fn is_2d(self) -> bool {
+        matches!(self, Self::Pixel | Self::Light | Self::Bsdf)
+    }
+
+    #[inline(always)]
+    fn used_by(self, strategy: Strategy) -> bool {
+        match self {
+            Self::Pixel => true,
+            Self::Technique => strategy == Strategy::Mis,
+            Self::LightChoice | Self::Light => strategy != Strategy::Bsdf,
+            Self::Lobe | Self::Bsdf => strategy != Strategy::Light,
+        }
+    }
 }
 
 /// The largest float below one.
@@ -57,25 +77,50 @@ pub fn pixel_keys<L: Lanes>(l: L, seed: u32, x: L::U, y: L::U) -> L::U {
     mix(l, h + l.u(mix_one(seed ^ 0x9e37_79b9)))
 }
 
-/// The random numbers of one sample of a packet of pixels.
+/// The random numbers of one sample, by dimension.
 #[derive(Clone, Copy)]
-pub struct Sampler<'a, L: Lanes> {
+pub struct Numbers<L: Lanes>([[L::F; 2]; Dimension::ALL.len()]);
+
+impl<L: Lanes> Numbers<L> {
+    /// One number in [0, 1).
+    #[inline(always)]
+    pub fn get_1d(&self, dimension: Dimension) -> L::F {
+        self.0[dimension as usize][0]
+    }
+
+    /// A point in the unit square [0, 1)^2.
+    #[inline(always)]
+    pub fn get_2d(&self, dimension: Dimension) -> [L::F; 2] {
+        self.0[dimension as usize]
+    }
+}
+
+/// Draws the numbers of sample `index` for the pixels with these [`pixel_keys`]. Dimensions that
+/// `strategy` does not ask for are left at 0. (All in one place and one loop: a call of its own
+/// for every use made the kernel six times as large and its compilation minutes long.)
+#[inline(always)]
+pub fn draw<L: Lanes>(l: L, settings: &SamplerSettings, strategy: Strategy, keys: L::U, index: u32) -> Numbers<L> {
+    let sampler = Sampler { l, settings, keys, index };
+    let mut numbers = [[l.f(0.0); 2]; Dimension::ALL.len()];
+    for dimension in Dimension::ALL {
+        if dimension.used_by(strategy) {
+            numbers[dimension as usize] =
+                if dimension.is_2d() { sampler.get_2d(dimension) } else { [sampler.get_1d(dimension), l.f(0.0)] };
+        }
+    }
+    Numbers(numbers)
+}
+
+struct Sampler<'a, L: Lanes> {
     l: L,
     settings: &'a SamplerSettings,
     keys: L::U,
     index: u32,
 }
 
-impl<'a, L: Lanes> Sampler<'a, L> {
-    /// Sample `index` of the pixels with these [`pixel_keys`].
+impl<L: Lanes> Sampler<'_, L> {
     #[inline(always)]
-    pub fn new(l: L, settings: &'a SamplerSettings, keys: L::U, index: u32) -> Self {
-        Self { l, settings, keys, index }
-    }
-
-    /// One number in [0, 1).
-    #[inline(always)]
-    pub fn get_1d(&self, dimension: Dimension) -> L::F {
+    fn get_1d(&self, dimension: Dimension) -> L::F {
         let l = self.l;
         match self.settings.kind {
             SamplerKind::Independent => self.independent(dimension, 0),
@@ -89,9 +134,8 @@ impl<'a, L: Lanes> Sampler<'a, L> {
         }
     }
 
-    /// A point in the unit square [0, 1)^2.
     #[inline(always)]
-    pub fn get_2d(&self, dimension: Dimension) -> [L::F; 2] {
+    fn get_2d(&self, dimension: Dimension) -> [L::F; 2] {
         let l = self.l;
         match self.settings.kind {
             SamplerKind::Independent => [self.independent(dimension, 0), self.independent(dimension, 1)],
@@ -264,8 +308,9 @@ mod tests {
                 for a in 0..=k {
                     let mut seen = vec![0; 1 << k];
                     for i in 0..1 << k {
-                        let s = Sampler::new(Single, &settings, Wrapping(mix_one(pixel)), i + (3 << k));
-                        let [x, y] = s.get_2d(Dimension::Light);
+                        let key = Wrapping(mix_one(pixel));
+                        let numbers = draw(Single, &settings, Strategy::MisAll, key, i + (3 << k));
+                        let [x, y] = numbers.get_2d(Dimension::Light);
                         let cx = (x * (1 << a) as f32) as usize;
                         let cy = (y * (1 << (k - a)) as f32) as usize;
                         seen[cx * (1 << (k - a)) + cy] += 1;
@@ -282,8 +327,8 @@ mod tests {
         for round in 0..3 {
             let mut seen = [0; 36];
             for i in 0..36 {
-                let s = Sampler::new(Single, &settings, Wrapping(0x1234_5678), round * 36 + i);
-                let [x, y] = s.get_2d(Dimension::Pixel);
+                let numbers = draw(Single, &settings, Strategy::Mis, Wrapping(0x1234_5678), round * 36 + i);
+                let [x, y] = numbers.get_2d(Dimension::Pixel);
                 seen[(x * 6.0) as usize + 6 * (y * 6.0) as usize] += 1;
             }
             assert_eq!(seen, [1; 36], "round {round}");
@@ -312,7 +357,6 @@ mod tests {
                 }
             }
             let excess = ((chi2 - cells).max(0.0) / f64::from(trials)).sqrt();
-            println!("{n} {i} {j}: {excess}");
             assert!(excess < 0.1, "n = {n}, positions {i} and {j}: {excess}");
         }
     }

@@ -21,6 +21,17 @@ pub struct Camera {
     pub screen_window: Option<[f64; 4]>,
 }
 
+impl Camera {
+    /// Left, right, bottom and top of an image of that many pixels, see [`Self::screen_window`].
+    pub fn screen(&self, resolution: [u32; 2]) -> [f64; 4] {
+        self.screen_window.unwrap_or_else(|| {
+            let aspect = f64::from(resolution[0]) / f64::from(resolution[1]);
+            let (x, y) = (aspect.max(1.0), (1.0 / aspect).max(1.0));
+            [-x, x, -y, y]
+        })
+    }
+}
+
 /// How a surface scatters light. Reflection only; both sides of a surface scatter alike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

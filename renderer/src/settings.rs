@@ -240,13 +240,13 @@ impl Default for Settings {
 
 impl Settings {
     /// Most pixels of one picture: the accumulators take about 100 bytes each.
-    pub const MAX_PIXELS: u64 = 1 << 26;
+    pub const MAX_PIXELS: u64 = 1 << 25;
 
-    /// The pixels to render: pbrt's rule, `ceil(resolution * crop)` on either side.
+    /// The pixels to render: pbrt's rule, `ceil(resolution * crop)` on either side, in f32 as there.
     pub fn pixel_bounds(&self) -> PixelRect {
         let edge = |axis: usize, fraction: f32| {
             let n = self.resolution[axis];
-            ((f64::from(n) * f64::from(fraction)).ceil() as u32).min(n)
+            ((n as f32 * fraction).ceil() as u32).min(n)
         };
         PixelRect {
             min: [edge(0, self.crop[0]), edge(1, self.crop[2])],

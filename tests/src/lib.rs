@@ -1,1 +1,10 @@
+//! What the tests of MIS Lab measure with: an oracle that integrates exactly, the statistics to
+//! compare a picture with it, and small experiments on the renderer.
+//!
+//! `README.md` beside this crate lists what is claimed, by which test, with which significance.
 
+pub mod experiment;
+pub mod image;
+pub mod oracle;
+pub mod quadrature;
+pub mod statistics;

@@ -8,10 +8,11 @@ use std::sync::Arc;
 use std::time::{Duration, UNIX_EPOCH};
 
 use glam::{DMat4, DVec3, Vec3};
-use mislab_renderer::snapshot::{Contents, SaveOptions, info, load_image, restore};
+use mislab_renderer::pbrt::embedded_scene;
+use mislab_renderer::snapshot::{Contents, SaveOptions, info, load_image, restore, save};
 use mislab_renderer::{
     Bsdf, Camera, Channel, FrameStats, Geometry, Heuristic, Light, Material, OneSampleWeights, PixelRect, Reflectance,
-    Request, SamplerKind, SamplerSettings, Scene, Settings, Shape, Strategy,
+    Request, SamplerKind, SamplerSettings, Scene, Settings, Shape, Strategy, render,
 };
 
 /// A scene with one of everything and numbers that decimal text easily spoils.
@@ -52,7 +53,7 @@ fn scene() -> Scene {
             },
             Shape {
                 geometry: Geometry::Mesh {
-                    positions: Arc::new(vec![Vec3::ZERO, Vec3::X * 0.1, Vec3::Y * 1e30]),
+                    positions: Arc::new(vec![Vec3::ZERO, Vec3::X * 0.1, Vec3::Y * 1e9]),
                     triangles: Arc::new(vec![[0, 1, 2]]),
                 },
                 reverse_orientation: true,
@@ -123,6 +124,8 @@ fn folder() -> tempfile::TempDir {
 
 fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.path().join(name);
+    // Some file systems flush to the disk when a file is overwritten, but not when it is new.
+    let _ = fs::remove_file(&path);
     fs::write(&path, bytes).expect("a file in the temporary folder");
     path
 }
@@ -355,7 +358,7 @@ fn patched(from: &str, to: &str) -> Vec<u8> {
 fn edited_settings_and_scenes_are_checked() {
     let folder = folder();
     for (from, to, word) in [
-        ("\"light_prob\":0.1", "\"light_prob\":9.1", "light probability 9.1"),
+        ("\"light_prob\":0.1", "\"light_prob\":9.1", "mislabSettings: light probability 9.1"),
         ("\"light_prob\":0.1", "\"light_prob\":NaN", "mislabSettings"),
         ("\"strategy\":\"mis\"", "\"strategy\":\"mix\"", "mix"),
         ("\"strata\":[6,7]", "\"strata\":[0,7]", "0 x 7 strata"),
@@ -363,9 +366,10 @@ fn edited_settings_and_scenes_are_checked() {
         ("\"resolution\":[20,37]", "\"resolution\":[20,0.]", "mislabSettings"),
         ("\"crop\":[0.125,0.7", "\"crop\":[0.825,0.7", "crop window"),
         ("\"heuristic\"", "\"heuristik\"", "mislabSettings"),
+        ("\"seed\":4294967295", "\"seed\":42,\"new\":1", "unknown setting `new`"),
         ("\"alpha\":0.02", "\"alpha\":2.02", "plate2"),
         ("\"material\":2", "\"material\":9", "material"),
-        ("\"triangles\":[[0,1,2]]", "\"triangles\":[[0,1,3]]", "vertices"),
+        ("\"triangles\":[[0,1,2]]", "\"triangles\":[[0,1,3]]", "vertex 3"),
         ("\"radius\":0.03333", "\"radius\":-0.0333", "shape 0"),
         ("\"fov_deg\":41.0", "\"fov_deg\":-1.0", "field of view"),
         ("\"name\":\"floor\"", "\"name\":\"fl\\ur\"", "mislabScene"),
@@ -446,5 +450,37 @@ fn damaged_files_never_panic() {
             }
         }
         read(&mutant);
+    }
+}
+
+#[test]
+fn a_saved_frame_is_restored_and_renders_the_same_bits_again() {
+    let folder = folder();
+    let path = folder.path().join("veachMIS_MIS.exr");
+    let mut scene = embedded_scene().scene;
+    *scene.material_mut("plate3").expect("a plate").bsdf.alpha_mut().expect("is glossy") = 0.123_456_79;
+    let settings = Settings {
+        strategy: Strategy::Mis,
+        light_prob: 0.3,
+        resolution: [40, 30],
+        crop: [0.25, 0.9, 0.1, 1.0],
+        spp: NonZeroU32::new(5),
+        seed: 99,
+        ..Settings::default()
+    };
+    let frame = render(&Request { scene: Arc::new(scene), settings }, 1, &mut |_| true).expect("renders");
+    save(&frame, &path, &options()).expect("saves");
+
+    let restored = restore(&path).expect("restores");
+    assert_eq!(restored.request, **frame.request());
+    let again = render(&restored.picture_request(), 2, &mut |_| true).expect("renders again");
+    let image = load_image(&path).expect("loads");
+    assert_eq!(image.channels.len(), Channel::ALL.len());
+    for channel in Channel::ALL {
+        let bits = |values: &[f32]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let name = channel.exr_name();
+        let saved = image.channel(name).unwrap_or_else(|| panic!("channel {name} is missing"));
+        assert_eq!(bits(saved), bits(&frame.channel(channel)), "channel {name} of the file");
+        assert_eq!(bits(saved), bits(&again.channel(channel)), "channel {name} rendered again");
     }
 }

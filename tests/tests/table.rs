@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3, DVec4, Vec3};
-use mislab_renderer::table::quality::{Estimate, Reference, crosses, sidak};
+use mislab_renderer::pbrt::embedded_scene;
+use mislab_renderer::table::quality::{Reference, crosses, mean_and_error, p_value_above, sidak};
 use mislab_renderer::table::regions::{Groups, Square, visible_materials};
-use mislab_renderer::table::{LightSize, LobeWidth, TutorialRun};
+use mislab_renderer::table::{LightSize, LobeWidth, TableOptions, TableResult, TutorialRun, run_table};
 use mislab_renderer::{Bsdf, Camera, Geometry, Light, Material, Reflectance, Scene, Shape, Strategy};
 
 fn metal(name: &str, alpha: f32) -> Material {
@@ -231,32 +232,36 @@ fn the_noise_of_the_reference_does_not_count_as_error_of_the_picture() {
 }
 
 #[test]
-fn welch_test_agrees_with_the_tables_of_students_t() {
-    let estimate = |mean, standard_error, replicates| Estimate { mean, standard_error, replicates };
-    // Equal errors of 6 and 6 values: 10 degrees of freedom. One-sided p of t = 1.812461 is 0.05, of t = 2.763769 0.01.
-    let best = estimate(1.0, 0.1, 6);
-    for (t, p) in [(1.812_461, 0.05), (2.763_769, 0.01), (0.0, 0.5), (-1.812_461, 0.95)] {
-        let found = estimate(1.0 + t * 0.02_f64.sqrt(), 0.1, 6).p_value_above(&best);
-        assert!((found - p).abs() < 1e-6, "t = {t}: {found}, expected {p}");
+fn rank_test_agrees_with_counting_by_hand() {
+    // 2 of a and 2 of b: 6 orders, with a above in 0, 1, 2, 2, 3 and 4 pairs.
+    for (a, p) in [
+        ([0.1, 0.2], 1.0),
+        ([0.1, 1.5], 5.0 / 6.0),
+        ([0.1, 2.5], 4.0 / 6.0),
+        ([1.5, 2.5], 2.0 / 6.0),
+        ([3.0, 4.0], 1.0 / 6.0),
+    ] {
+        let found = p_value_above(&a, &[1.0, 2.0]);
+        assert!((found - p).abs() < 1e-12, "{a:?}: {found}, expected {p}");
     }
-    // One of the errors vanishes: the degrees of freedom of the other, 3. p of t = 4.540703 is 0.01.
-    let found = estimate(1.0 + 0.454_070_3, 0.1, 4).p_value_above(&estimate(1.0, 0.0, 9));
-    assert!((found - 0.01).abs() < 1e-6, "{found}");
-    assert_eq!(estimate(2.0, 0.0, 4).p_value_above(&estimate(1.0, 0.0, 4)), 0.0);
-    assert_eq!(estimate(1.0, 0.0, 4).p_value_above(&estimate(1.0, 0.0, 4)), 1.0);
-    let of = Estimate::of(&[1.0, 2.0, 3.0, 6.0]);
-    assert_eq!((of.mean, of.replicates), (3.0, 4));
-    assert!((of.standard_error - (14.0_f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+    assert!((p_value_above(&[9.0; 5], &[1.0; 5]) - 1.0 / 252.0).abs() < 1e-12, "one order of 252");
+    assert_eq!(p_value_above(&[1.0, 1.0], &[1.0, 1.0]), 1.0, "ties tell nothing");
+    let (mean, error) = mean_and_error(&[1.0, 2.0, 3.0, 6.0]);
+    assert_eq!(mean, 3.0);
+    assert!((error - (14.0_f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
 }
 
 #[test]
 fn crosses_go_to_the_best_and_to_what_cannot_be_told_from_it() {
-    let e = |mean: f64, standard_error: f64| Some(Estimate { mean, standard_error, replicates: 4 });
-    assert_eq!(crosses(&[e(1.0, 0.01), e(0.1, 0.01), e(0.11, 0.01), e(0.2, 0.001)], 0.01), [false, true, true, false]);
-    assert_eq!(crosses(&[None, e(0.1, 0.0), None, e(0.1, 0.0)], 0.01), [false, true, false, true]);
-    assert_eq!(crosses(&[None; 4], 0.01), [false; 4]);
+    let around = |mean: f64| [0.9, 0.95, 1.0, 1.05, 1.1].map(|v| v * mean);
+    let outlier = [2.0, 2.1, 2.2, 2.3, 900.0];
+    let (best, near, far) = (around(1.0), around(1.1), around(9.0));
+    let each = sidak(0.05, 12);
+    assert_eq!(crosses(&[&best, &near, &far, &outlier], each), [true, true, false, false]);
+    assert_eq!(crosses(&[&[], &far, &[], &far], each), [false, true, false, true]);
+    assert_eq!(crosses(&[&[][..]; 4], each), [false; 4]);
     // 1 - (1 - 0.05)^(1/12)
-    assert!((sidak(0.05, 12) - 0.004_265_3).abs() < 1e-6, "{}", sidak(0.05, 12));
+    assert!((each - 0.004_265_3).abs() < 1e-6, "{each}");
 }
 
 #[test]
@@ -267,4 +272,63 @@ fn the_files_are_the_tutorials() {
     assert_eq!((settings.strategy, settings.resolution, settings.seed), (Strategy::MisAll, [600, 600], 7));
     assert_eq!((settings.sampler.strata, settings.spp.map(|n| n.get())), ([6, 6], Some(36)));
     assert_eq!(TutorialRun::ALL[3].settings(Some([40, 30]), 1).resolution, [40, 30]);
+}
+
+#[test]
+fn a_small_table_of_the_tutorials_scene_says_what_the_picture_shows() {
+    let scene = Arc::new(embedded_scene().scene);
+    let options = TableOptions { size: Some([64, 64]), reference_spp: 64, replicates: 5, threads: 2, seed: 1 };
+    let (mut last, mut finished) = (0.0, Vec::new());
+    let result = run_table(&scene, &options, &mut |p| {
+        assert!((last..=1.0).contains(&p.fraction), "{} after {last}", p.fraction);
+        last = p.fraction;
+        finished.extend(p.finished.as_ref().map(|(run, frame)| (run.file, frame.spp())));
+        true
+    });
+    let TableResult { table, frames } = result.expect("can be rendered").expect("nobody stopped it");
+    println!("{}", table.to_markdown());
+    assert_eq!(
+        finished,
+        [("veachMIS_L.exr", 64), ("veachMIS_BSDF.exr", 64), ("veach_MIS_ALLx36.exr", 36), ("veachMIS_MIS.exr", 64)]
+    );
+    assert_eq!(frames.len(), 4);
+    assert_eq!(table.rows.iter().map(|r| r.paths).collect::<Vec<_>>(), [64, 64, 72, 64].map(|n| n * 64 * 64));
+    let error = |row: usize, cell: usize| table.rows[row].cells[cell].rel_mse.expect("every square has pixels");
+    let [light, bsdf, all] = [0, 1, 2];
+    let [small_broad, small_sharp, large_broad, large_sharp] = [0, 1, 2, 3];
+    assert!(
+        error(light, small_broad) < error(bsdf, small_broad) / 4.0,
+        "light sampling is for small lights, broad lobes"
+    );
+    assert!(
+        error(bsdf, large_sharp) < error(light, large_sharp) / 4.0,
+        "BSDF sampling is for large lights, sharp lobes"
+    );
+    for cell in [small_broad, small_sharp, large_broad, large_sharp] {
+        assert!(
+            error(all, cell) < 4.0 * error(light, cell).min(error(bsdf, cell)),
+            "mis_all is never far from the best"
+        );
+        assert!(table.rows.iter().any(|row| row.cells[cell].cross), "someone has the cross");
+    }
+    assert!(!table.rows[light].cells[large_sharp].cross && !table.rows[bsdf].cells[small_broad].cross);
+
+    assert_eq!(table.to_csv().lines().count(), 1 + 16);
+    let columns: Vec<_> = table.to_csv().lines().map(|line| line.split(',').count()).collect();
+    assert!(columns.iter().all(|&n| n == columns[0]), "{columns:?}");
+    let json: serde_json::Value = serde_json::from_str(&table.to_json()).expect("is JSON");
+    assert_eq!(json["rows"][2]["strategy"], "mis_all");
+    assert_eq!(json["rows"][2]["cells"][3]["light"], "large");
+}
+
+#[test]
+fn a_table_can_be_stopped_and_refuses_what_it_cannot_do() {
+    let scene = Arc::new(embedded_scene().scene);
+    let options = TableOptions { size: Some([64, 64]), threads: 1, ..TableOptions::default() };
+    let stopped = run_table(&scene, &options, &mut |_| false).expect("stopping is no failure");
+    assert!(stopped.is_none());
+    let few = TableOptions { replicates: 4, ..options.clone() };
+    assert!(run_table(&scene, &few, &mut |_| true).is_err(), "four replicates tell nothing apart");
+    let none = TableOptions { size: Some([0, 64]), ..options };
+    assert!(run_table(&scene, &none, &mut |_| true).is_err(), "no pixels");
 }

@@ -75,7 +75,8 @@ pub fn pixel_text(frame: &Frame, view: &ViewState, [x, y]: [u32; 2]) -> String {
 
 /// All channels of a pixel, for the clipboard.
 pub fn pixel_table(frame: &Frame, [x, y]: [u32; 2]) -> String {
-    let values = Channel::ALL.iter().map(|c| format!("{}\t{}", c.exr_name(), frame.pixel(x, y, *c).unwrap_or(f32::NAN)));
+    let values =
+        Channel::ALL.iter().map(|c| format!("{}\t{}", c.exr_name(), frame.pixel(x, y, *c).unwrap_or(f32::NAN)));
     let values: Vec<String> = values.collect();
     format!("x\t{x}\ny\t{y}\n{}\n", values.join("\n"))
 }

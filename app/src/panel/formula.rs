@@ -62,11 +62,7 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
                     number(c),
                 ]),
                 row([estimate(), bsdf.w(), frac(text("f"), row([number(1.0 - c), bsdf.p()])), note("otherwise")]),
-                row([
-                    light.w(),
-                    text("  =  "),
-                    weight(settings.heuristic, &light, &bsdf, veach.then_some(c)),
-                ]),
+                row([light.w(), text("  =  "), weight(settings.heuristic, &light, &bsdf, veach.then_some(c))]),
             ]
         }
     }
@@ -118,13 +114,8 @@ fn weight(heuristic: Heuristic, light: &Technique, bsdf: &Technique, c: Option<f
     };
     match heuristic {
         Heuristic::Balance => frac(q_light(), row([q_light(), text(" + "), q_bsdf()])),
-        Heuristic::Power => {
-            frac(square(q_light()), row([square(q_light()), text(" + "), square(q_bsdf())]))
-        }
-        Heuristic::Cutoff => row([
-            frac(q_light(), row([q_light(), text(" + "), q_bsdf()])),
-            note("0 below a tenth"),
-        ]),
+        Heuristic::Power => frac(square(q_light()), row([square(q_light()), text(" + "), square(q_bsdf())])),
+        Heuristic::Cutoff => row([frac(q_light(), row([q_light(), text(" + "), q_bsdf()])), note("0 below a tenth")]),
         Heuristic::Maximum => row([text("1  if  "), q_light(), text(" \u{2265} "), q_bsdf(), text(" ,  else 0")]),
     }
 }

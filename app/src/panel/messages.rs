@@ -53,10 +53,13 @@ pub fn warnings_ui(ui: &mut Ui, warnings: &[Diagnostic]) {
         n => format!("{n} warnings about the scene file"),
     };
     ui.add_space(GRID);
-    egui::CollapsingHeader::new(RichText::new(title).family(crate::theme::medium())).default_open(true).show(ui, |ui| {
-        for warning in warnings {
-            let text = RichText::new(warning.to_string()).small();
-            ui.add(egui::Label::new(text).selectable(true).wrap());
-        }
-    });
+    egui::CollapsingHeader::new(RichText::new(title).family(crate::theme::medium())).default_open(true).show(
+        ui,
+        |ui| {
+            for warning in warnings {
+                let text = RichText::new(warning.to_string()).small();
+                ui.add(egui::Label::new(text).selectable(true).wrap());
+            }
+        },
+    );
 }

@@ -58,7 +58,8 @@ pub fn choices_ui(ui: &mut Ui, recent: &[PathBuf], out: &mut Vec<Command>) -> bo
     if !recent.is_empty() {
         title(ui, "Recent");
         for path in recent {
-            let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
+            let name =
+                path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
             if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
                 out.push(Command::OpenPath(path.clone()));
                 chosen = true;

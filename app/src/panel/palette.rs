@@ -38,8 +38,7 @@ pub fn palette_ui(ctx: &egui::Context, palette: &mut Palette, out: &mut Vec<Comm
         ScrollArea::vertical().max_height(420.0).auto_shrink([false, true]).show(ui, |ui| {
             for (index, action) in found.iter().enumerate() {
                 let on = index == palette.marked;
-                let (rect, response) =
-                    ui.allocate_exact_size(vec2(ui.available_width(), 30.0), egui::Sense::click());
+                let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 30.0), egui::Sense::click());
                 response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, on, &action.name));
                 if on || response.hovered() {
                     let fill =

@@ -117,7 +117,8 @@ fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let field = 104.0;
         ui.allocate_ui(egui::vec2(ui.available_width() - field - 2.0 * GRID, 0.0), |ui| {
-            let choices = [(true, "Full speed", "As fast as the machine goes."), (false, "Slowly", "Slow enough to watch.")];
+            let choices =
+                [(true, "Full speed", "As fast as the machine goes."), (false, "Slowly", "Slow enough to watch.")];
             if let Some(full) = segmented(ui, "Pace", pacing.rate.is_none(), &choices, true) {
                 out.push(Command::SetRate(if full { None } else { Some(pacing.last_rate) }));
             }
@@ -147,7 +148,9 @@ fn heuristic_hint(heuristic: Heuristic) -> &'static str {
 fn weights_hint(weights: OneSampleWeights) -> &'static str {
     match weights {
         OneSampleWeights::Veach => "The densities are compared as c p_L and (1 - c) p_B: the least noise.",
-        OneSampleWeights::Tutorial => "c is left out of the weight: the same at c = 1/2, noisier elsewhere, biased at 0 and 1.",
+        OneSampleWeights::Tutorial => {
+            "c is left out of the weight: the same at c = 1/2, noisier elsewhere, biased at 0 and 1."
+        }
     }
 }
 

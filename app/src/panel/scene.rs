@@ -114,7 +114,9 @@ pub fn scene_ui(
     ui.add_space(GRID);
     let edited = document.scene != document.opened.scene || document.settings != document.opened.settings;
     let reset = ui.add_enabled(edited, egui::Button::new("Reset to the file"));
-    if reset.on_hover_text("Every setting and every edit of the scene. Double-click a slider to reset it alone.").clicked()
+    if reset
+        .on_hover_text("Every setting and every edit of the scene. Double-click a slider to reset it alone.")
+        .clicked()
     {
         out.push(Command::ResetScene);
     }

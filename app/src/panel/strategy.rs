@@ -87,8 +87,6 @@ fn strategy_button(ui: &mut Ui, key: usize, strategy: Strategy, on: bool) -> boo
     painter.text(key_at, Align2::LEFT_CENTER, key, key_font, key_ink);
     let name_at = egui::pos2(rect.left() + 2.2 * body, rect.center().y);
     painter.text(name_at, Align2::LEFT_CENTER, name, font, ink);
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("{key} {name}"))
-    });
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("{key} {name}")));
     response.on_hover_text(strategy_description(strategy)).clicked()
 }

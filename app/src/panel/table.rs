@@ -93,7 +93,8 @@ fn start_ui(ui: &mut Ui, panel: &mut TablePanel, scene: &Arc<Scene>) {
             }
             let bar = ProgressBar::new(progress.fraction).desired_width(ui.available_width() - 80.0);
             let text = RichText::new(&progress.step).color(ui.visuals().text_color());
-            ui.add(bar.fill(ui.visuals().selection.bg_fill).corner_radius(2.0).text(text)).accessible_name("Table progress");
+            ui.add(bar.fill(ui.visuals().selection.bg_fill).corner_radius(2.0).text(text))
+                .accessible_name("Table progress");
             ui.label(seconds(progress.elapsed.as_secs_f64()));
             return;
         }
@@ -140,8 +141,11 @@ fn table_grid(ui: &mut Ui, table: &Table) {
                         ui.label(strong(strategy_name(row.run.strategy)).color(ink)).on_hover_text(row.run.file);
                         let [x, y] = row.run.strata;
                         ui.label(format!("{x} \u{d7} {y}")).on_hover_text(format!("{} rays", row.paths));
-                        ui.label(seconds(row.render_seconds))
-                            .on_hover_text(format!("{} on {} threads", seconds(row.cpu_seconds), row.threads));
+                        ui.label(seconds(row.render_seconds)).on_hover_text(format!(
+                            "{} on {} threads",
+                            seconds(row.cpu_seconds),
+                            row.threads
+                        ));
                     } else {
                         ui.label("");
                         ui.label(if row.run.strategy == Strategy::MisAll { "two rays each" } else { "" });

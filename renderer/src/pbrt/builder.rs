@@ -9,7 +9,8 @@ use super::material::{Materials, read_bsdf};
 use super::params::{Params, named, nothing, numbers, single_name};
 use super::parser::Directive;
 use super::shape::{Placement, read_area_light, read_shape};
-use super::{SceneFile, header, transform};
+use super::transform::{Transform, flaw};
+use super::{SceneFile, header};
 use crate::error::Error;
 use crate::scene::{Camera, Light, Scene, Shape};
 use crate::settings::Settings;
@@ -18,6 +19,9 @@ use crate::settings::Settings;
 const MAX_DEPTH: usize = 1000;
 /// Most shapes of a scene.
 const MAX_SHAPES: usize = 1 << 20;
+
+/// Largest number in the camera's matrix, and in the inverse of its volume.
+const MAX_CAMERA: f64 = 1e15;
 
 /// What can stand in a scene file, for suggestions.
 const DIRECTIVES: [&str; 31] = [
@@ -58,7 +62,7 @@ const DIRECTIVES: [&str; 31] = [
 #[derive(Clone)]
 struct State {
     /// World (in the header: camera) from object: pbrt's current transformation matrix.
-    ctm: DMat4,
+    ctm: Transform,
     /// `None`: no material given.
     material: Option<usize>,
     /// Radiance of the shapes to come.
@@ -104,7 +108,7 @@ pub(super) struct Builder {
     phase: Phase,
     state: State,
     saved: Vec<Saved>,
-    coordinate_systems: HashMap<String, DMat4>,
+    coordinate_systems: HashMap<String, Transform>,
     settings: Settings,
     film_filename: Option<String>,
     camera: Option<Camera>,
@@ -118,7 +122,7 @@ pub(super) struct Builder {
 impl Default for Builder {
     fn default() -> Self {
         let state = State {
-            ctm: DMat4::IDENTITY,
+            ctm: Transform::IDENTITY,
             material: None,
             area_light: None,
             reverse_orientation: false,
@@ -167,8 +171,8 @@ impl Builder {
                     return Err(log.error(at, "WorldBegin inside the world, expected one WorldBegin"));
                 }
                 self.phase = Phase::World;
-                self.state.ctm = DMat4::IDENTITY;
-                self.coordinate_systems.insert("world".to_owned(), DMat4::IDENTITY);
+                self.state.ctm = Transform::IDENTITY;
+                self.coordinate_systems.insert("world".to_owned(), Transform::IDENTITY);
                 Ok(())
             }
             "WorldEnd" => {
@@ -228,9 +232,13 @@ impl Builder {
             }
             "Shape" => self.shape(d, log),
             unknown => {
+                let key = format!("directive {unknown}");
+                if log.has_said(&key) {
+                    return Ok(());
+                }
                 let guess = suggestion(unknown, &DIRECTIVES);
                 let message = format!("directive {} is not supported and left out{guess}", shown(unknown));
-                log.warn_once(&format!("directive {unknown}"), at, message);
+                log.warn_once(&key, at, message);
                 Ok(())
             }
         }
@@ -249,8 +257,14 @@ impl Builder {
             "Sampler" => header::sampler(kind, params, at, &mut self.settings, log)?,
             "PixelFilter" => header::pixel_filter(kind, params, at, log)?,
             "Camera" => {
-                let world_from_camera = self.state.ctm.inverse();
-                self.camera = Some(header::camera(kind, params, at, world_from_camera, log)?);
+                let world_from_camera = self.state.ctm.inverted();
+                let (matrix, max) = (world_from_camera.matrix, MAX_CAMERA);
+                let largest = matrix.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                if largest > max || matrix.determinant().abs() < 1.0 / max {
+                    let message = "Camera under a transformation that scales or moves it too far";
+                    return Err(log.error(at, format!("{message}, expected factors and distances up to {max:e}")));
+                }
+                self.camera = Some(header::camera(kind, params, at, matrix, log)?);
                 self.coordinate_systems.insert("camera".to_owned(), world_from_camera);
             }
             _ => header::integrator(kind, params, at, &mut self.settings, log)?,
@@ -264,25 +278,25 @@ impl Builder {
         let new = match d.name.as_str() {
             "Identity" => {
                 nothing(d, log)?;
-                DMat4::IDENTITY
+                Transform::IDENTITY
             }
-            "Translate" => ctm * DMat4::from_translation(DVec3::from_array(numbers(d, log)?)),
-            "Scale" => ctm * DMat4::from_scale(DVec3::from_array(numbers(d, log)?)),
+            "Translate" => ctm * Transform::translate(DVec3::from_array(numbers(d, log)?)),
+            "Scale" => ctm * Transform::scale(DVec3::from_array(numbers(d, log)?)),
             "Rotate" => {
                 let [degrees, axis @ ..] = numbers::<4>(d, log)?;
-                let turn = transform::rotate(degrees, DVec3::from_array(axis));
+                let turn = Transform::rotate(degrees, DVec3::from_array(axis));
                 ctm * turn.ok_or_else(|| degenerate("axis 0 0 0, expected a direction"))?
             }
             "LookAt" => {
                 let v = numbers::<9>(d, log)?;
                 let [eye, look, up] = [0, 3, 6].map(|i| DVec3::from_slice(&v[i..i + 3]));
-                let view = transform::look_at(eye, look, up);
+                let view = Transform::look_at(eye, look, up);
                 ctm * view.ok_or_else(|| {
                     degenerate("expected eye and target apart, and an up direction not along the line between them")
                 })?
             }
-            "Transform" => DMat4::from_cols_array(&numbers(d, log)?),
-            "ConcatTransform" => ctm * DMat4::from_cols_array(&numbers(d, log)?),
+            "Transform" => Transform::from_matrix(DMat4::from_cols_array(&numbers(d, log)?)),
+            "ConcatTransform" => ctm * Transform::from_matrix(DMat4::from_cols_array(&numbers(d, log)?)),
             "CoordinateSystem" => {
                 self.coordinate_systems.insert(single_name(d, log)?, ctm);
                 return Ok(());
@@ -296,7 +310,7 @@ impl Builder {
                 *system
             }
         };
-        if let Some(flaw) = transform::flaw(&new) {
+        if let Some(flaw) = flaw(&new) {
             return Err(log.error(d.at, format!("{} gives {flaw}", d.name)));
         }
         self.state.ctm = new;
@@ -345,7 +359,7 @@ impl Builder {
         let folders = d.folders.clone();
         let (kind, params) = named(d, log)?;
         let place = Placement {
-            world_from_object: &self.state.ctm,
+            world_from_object: &self.state.ctm.matrix,
             reverse: self.state.reverse_orientation,
             folders: &folders,
         };

@@ -41,8 +41,8 @@ pub(super) fn next_token(text: &str, offset: usize) -> Option<(Option<Token>, st
     Some((token, offset + span.start..offset + span.end))
 }
 
-/// The content of a [`Token::Quoted`]: quotes removed, runs of white space (a line break in the
-/// middle of a parameter) made one space, `\"` and `\\` resolved, ligatures and soft hyphens of
+/// The content of a [`Token::Quoted`]: quotes removed, a line break in the middle (with the spaces
+/// around it) made one space, `\"` and `\\` resolved, no-break spaces, ligatures and soft hyphens of
 /// typeset text undone.
 pub(super) fn unquote(raw: &str, at: Pos, log: &mut Log) -> String {
     let mut chars = raw.chars();
@@ -65,8 +65,12 @@ pub(super) fn unquote(raw: &str, at: Pos, log: &mut Log) -> String {
             log.warn_once("ligatures", at, format!("ligature '{c}', read as {ligature}"));
             out.push_str(ligature);
         } else if c.is_whitespace() {
-            while chars.next_if(|c| c.is_whitespace()).is_some() {}
-            out.push(' ');
+            let (mut spaces, mut broken) = (1, c == '\n');
+            while let Some(c) = chars.next_if(|c| c.is_whitespace()) {
+                spaces += 1;
+                broken |= c == '\n';
+            }
+            out.extend(std::iter::repeat_n(' ', if broken { 1 } else { spaces }));
         } else if is_invisible(c) {
             // A place where typesetting may break the line; never part of a name.
         } else if c == '\\' && chars.peek().is_some_and(|&n| n == '"' || n == '\\') {

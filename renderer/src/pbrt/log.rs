@@ -53,9 +53,14 @@ impl Log {
         Error::Scene(Diagnostic { location: self.locate(pos), message: message.into() })
     }
 
+    /// True if a warning with that key would not be shown again.
+    pub fn has_said(&self, key: &str) -> bool {
+        self.warnings.len() > Self::MAX_WARNINGS || self.said.contains(key)
+    }
+
     /// Warns unless something with the same key was said before.
     pub fn warn_once(&mut self, key: &str, pos: Pos, message: impl Into<String>) {
-        if self.warnings.len() > Self::MAX_WARNINGS || self.said.contains(key) {
+        if self.has_said(key) {
             return;
         }
         let message = if self.warnings.len() == Self::MAX_WARNINGS {

@@ -16,6 +16,9 @@ const DEFAULT_MATTE: Bsdf = Bsdf::Matte { kd: Vec3::splat(0.5) };
 const COPPER_ETA: Vec3 = Vec3::new(0.200_438, 0.924_033, 1.102_212);
 const COPPER_K: Vec3 = Vec3::new(3.912_949, 2.452_848, 2.142_188);
 
+/// The largest index of a metal: beyond it the fourth powers in Fresnel's equations lose all meaning.
+const MAX_INDEX: f32 = 1e6;
+
 struct Definition {
     name: Option<String>,
     bsdf: Bsdf,
@@ -129,8 +132,13 @@ pub(super) fn read_bsdf(kind: &str, mut params: Params, at: Pos, log: &mut Log) 
             alpha: 0.0,
         },
         "metal" => {
-            let eta = params.rgb("eta", log)?.map_or(COPPER_ETA, |v| v.value);
-            let k = params.rgb("k", log)?.map_or(COPPER_K, |v| v.value);
+            let mut index = |name, default| match params.rgb(name, log)? {
+                Some(At { value, at }) if value.max_element() > MAX_INDEX => {
+                    Err(log.error(at, format!("metal: \"{name}\" is {value}, expected at most {MAX_INDEX:e}")))
+                }
+                given => Ok(given.map_or(default, |v| v.value)),
+            };
+            let (eta, k) = (index("eta", COPPER_ETA)?, index("k", COPPER_K)?);
             Bsdf::Conductor {
                 reflectance: Reflectance::Fresnel { eta, k },
                 alpha: read_alpha(&mut params, 0.01, at, log)?,

@@ -1,6 +1,6 @@
 //! The scene reader: pbrt-v3 files to a [`Scene`] and [`Settings`].
 //!
-//! Reading order: [`lexer`](self) turns text into tokens, `parser` groups them into directives and
+//! Reading order: `lexer` turns text into tokens, `parser` groups them into directives and
 //! follows `Include`, `params` looks up typed parameters, `builder` applies directives to the
 //! graphics state, with `header` (camera, film, sampler, integrator), `material` and `shape` beside
 //! it. `log` collects warnings and knows where everything stands.

@@ -91,9 +91,12 @@ impl Params {
     /// Warns about each parameter that nothing asked for, once per kind of directive.
     pub fn finish(self, log: &mut Log) {
         for p in self.list.iter().filter(|p| !p.used) {
-            let guess = suggestion(&p.name, &self.asked);
-            let message = format!("{}: parameter {} is not used{guess}", self.owner, shown(&p.name));
-            log.warn_once(&format!("unused {} {}", self.owner, p.name), p.at, message);
+            let key = format!("unused {} {}", self.owner, p.name);
+            if !log.has_said(&key) {
+                let guess = suggestion(&p.name, &self.asked);
+                let message = format!("{}: parameter {} is not used{guess}", self.owner, shown(&p.name));
+                log.warn_once(&key, p.at, message);
+            }
         }
     }
 

@@ -17,6 +17,11 @@ pub(super) const MAX_TRIANGLES: usize = 1 << 24;
 /// Most vertices of one mesh.
 pub(super) const MAX_VERTICES: usize = 1 << 24;
 
+/// Largest coordinate or radius: what the renderer multiplies them to must stay finite.
+const MAX_LENGTH: f32 = 1e15;
+/// Smallest radius, by the same token.
+const MIN_RADIUS: f32 = 1e-15;
+
 /// A surface in world space and [`crate::Shape::reverse_orientation`] for it.
 pub(super) struct Surface {
     pub geometry: Geometry,
@@ -36,7 +41,7 @@ pub(super) fn read_shape(
     kind: &str,
     mut params: Params,
     at: Pos,
-    place: &Placement,
+    place: &Placement<'_>,
     log: &mut Log,
 ) -> Result<Option<Surface>, Error> {
     let surface = match kind {
@@ -75,7 +80,7 @@ pub(super) fn read_shape(
     Ok(surface)
 }
 
-fn sphere(params: &mut Params, at: Pos, place: &Placement, log: &mut Log) -> Result<Surface, Error> {
+fn sphere(params: &mut Params, at: Pos, place: &Placement<'_>, log: &mut Log) -> Result<Surface, Error> {
     let At { value: radius, at: radius_at } = params.float("radius", log)?.unwrap_or(At { value: 1.0, at });
     if radius <= 0.0 {
         return Err(log.error(radius_at, format!("sphere of radius {radius}, expected a number above 0")));
@@ -96,8 +101,9 @@ fn sphere(params: &mut Params, at: Pos, place: &Placement, log: &mut Log) -> Res
     };
     let center = world_point(place.world_from_object, DVec3::ZERO, at, log)?;
     let radius = (radius * scale) as f32;
-    if !(radius.is_finite() && radius >= f32::MIN_POSITIVE) {
-        return Err(log.error(at, "sphere that is too large or too small once transformed"));
+    if !(MIN_RADIUS..=MAX_LENGTH).contains(&radius) {
+        let message = format!("sphere of radius {radius:e} in world space, expected {MIN_RADIUS:e} to {MAX_LENGTH:e}");
+        return Err(log.error(at, message));
     }
     // The normal of a sphere is outward whatever the transformation: pbrt's flip for mirroring ones
     // undoes the flip that mirrored tangents bring. (Intersections of pbrt-v3 flip once too often
@@ -109,7 +115,7 @@ fn mesh(
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     at: Pos,
-    place: &Placement,
+    place: &Placement<'_>,
     log: &mut Log,
 ) -> Result<Option<Surface>, Error> {
     if points.len() > MAX_VERTICES || triangles.len() > MAX_TRIANGLES {
@@ -149,7 +155,10 @@ fn has_area(positions: &[Vec3], [a, b, c]: [u32; 3]) -> bool {
 
 fn world_point(world_from_object: &DMat4, p: DVec3, at: Pos, log: &Log) -> Result<Vec3, Error> {
     let world = world_from_object.transform_point3(p).as_vec3();
-    if world.is_finite() { Ok(world) } else { Err(log.error(at, "a point that is too far away once transformed")) }
+    if world.abs().max_element() <= MAX_LENGTH && world.is_finite() {
+        return Ok(world);
+    }
+    Err(log.error(at, format!("point {world} in world space, expected numbers of at most {MAX_LENGTH:e}")))
 }
 
 /// The radiance of an `AreaLightSource`; `None` (with a warning) if its type is unknown.

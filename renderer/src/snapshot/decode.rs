@@ -14,9 +14,10 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 
 use super::{Image, MAX_IMAGE_BYTES, Restored, Window, names};
+use crate::build::BuiltScene;
 use crate::error::Error;
 use crate::progressive::Request;
-use crate::scene::{Bsdf, Geometry, Reflectance, Scene};
+use crate::scene::Scene;
 use crate::settings::Settings;
 
 /// See [`super::load_image`].
@@ -217,7 +218,10 @@ fn restore_from(path: &Path, header: &Header) -> Result<Restored, Error> {
         let why = text(names::SCENE_MISSING)?.unwrap_or("no attribute mislabScene");
         return Err(Error::file(path, format!("holds no scene: {why}")));
     };
-    let scene = read_scene(scene).map_err(|m| Error::file(path, format!("{}: {m}", names::SCENE)))?;
+    let invalid = |message: String| Error::file(path, format!("{}: {message}", names::SCENE));
+    let scene: Scene = serde_json::from_str(scene).map_err(|e| invalid(e.to_string()))?;
+    // The renderer is the judge of what can be rendered.
+    BuiltScene::new(&scene, &settings).map_err(|e| invalid(e.to_string()))?;
     let spp = match attribute(names::SPP) {
         Some(AttributeValue::I32(spp)) if *spp > 0 => *spp as u32,
         _ => return Err(Error::file(path, format!("no valid {}, expected an integer above 0", names::SPP))),
@@ -236,67 +240,11 @@ fn read_settings(json: &str) -> Result<Settings, String> {
     // A setting we do not know would be lost silently, and with it the promise of the same bits.
     let known = serde_json::to_value(&settings).map_err(|e| e.to_string())?;
     let found: serde_json::Value = serde_json::from_str(json).map_err(|e| e.to_string())?;
-    if let (Some(known), Some(found)) = (known.as_object(), found.as_object()) {
-        if let Some(name) = found.keys().find(|name| !known.contains_key(*name)) {
-            return Err(format!("unknown setting `{name}`"));
-        }
+    if let (Some(known), Some(found)) = (known.as_object(), found.as_object())
+        && let Some(name) = found.keys().find(|name| !known.contains_key(*name))
+    {
+        return Err(format!("unknown setting `{name}`"));
     }
     settings.check()?;
     Ok(settings)
-}
-
-fn read_scene(json: &str) -> Result<Scene, String> {
-    let scene: Scene = serde_json::from_str(json).map_err(|e| e.to_string())?;
-    check_scene(&scene)?;
-    Ok(scene)
-}
-
-/// The numbers of a scene that later stages index or divide by.
-fn check_scene(scene: &Scene) -> Result<(), String> {
-    let camera = &scene.camera;
-    let screen = camera.screen_window.unwrap_or([-1.0, 1.0, -1.0, 1.0]);
-    if !camera.world_from_camera.is_finite() || screen.iter().any(|v| !v.is_finite()) {
-        return Err("camera with a number that is not finite".into());
-    }
-    if !(camera.fov_deg > 0.0 && camera.fov_deg < 180.0) {
-        return Err(format!("field of view {}, expected degrees between 0 and 180", camera.fov_deg));
-    }
-    for material in &scene.materials {
-        let (colours, alpha) = match &material.bsdf {
-            Bsdf::Matte { kd } => (vec![kd], 0.0),
-            Bsdf::Conductor { reflectance: Reflectance::Constant(r), alpha } => (vec![r], *alpha),
-            Bsdf::Conductor { reflectance: Reflectance::Fresnel { eta, k }, alpha } => (vec![eta, k], *alpha),
-            Bsdf::Plastic { kd, ks, alpha } => (vec![kd, ks], *alpha),
-        };
-        if colours.iter().any(|c| !c.is_finite() || c.min_element() < 0.0) || !(0.0..=1.0).contains(&alpha) {
-            return Err(format!(
-                "material {}, expected finite colours of at least 0 and a roughness in [0, 1]",
-                material.name
-            ));
-        }
-    }
-    for (i, shape) in scene.shapes.iter().enumerate() {
-        if shape.material.is_some_and(|m| m >= scene.materials.len()) {
-            return Err(format!("shape {i} has material {:?} of {}", shape.material, scene.materials.len()));
-        }
-        let sound = match &shape.geometry {
-            Geometry::Sphere { center, radius } => center.is_finite() && radius.is_finite() && *radius > 0.0,
-            Geometry::Mesh { positions, triangles } => {
-                positions.iter().all(|p| p.is_finite())
-                    && triangles.iter().flatten().all(|&v| (v as usize) < positions.len())
-            }
-        };
-        if !sound {
-            return Err(format!("shape {i} has numbers that are not finite or vertices that do not exist"));
-        }
-        if let Some(light) = &shape.light {
-            if !light.radiance.is_finite() || light.radiance.min_element() < 0.0 {
-                return Err(format!(
-                    "light {} of radiance {}, expected finite numbers of at least 0",
-                    light.name, light.radiance
-                ));
-            }
-        }
-    }
-    Ok(())
 }

@@ -10,7 +10,8 @@
 //! 3. *Replicates.* The files again, with other seeds. The samples inside a pixel are stratified and so not independent:
 //!    their own scatter is no error bar, but whole pictures with different seeds are independent. The relMSE of a square
 //!    ([`quality`]) is the mean over the replicates, its uncertainty their standard error.
-//! 4. *Crosses.* The smallest relMSE of a square, and all that Welch's t test cannot tell from it.
+//! 4. *Crosses.* The smallest relMSE of a square, and all that a rank test cannot tell from it: with five replicates, a file
+//!    misses the cross if each of its renders is worse than each of the best file's.
 //!
 //! relMSE is an average per pixel, so that files of different sizes share a square fairly; their times do not compare.
 //! [`TableOptions::size`] puts all four on one size.
@@ -25,7 +26,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use self::quality::{Estimate, Reference, crosses, sidak};
+use self::quality::{Reference, crosses, mean_and_error, sidak};
 use self::regions::{Groups, Square, visible_materials};
 use crate::error::Error;
 use crate::frame::{Channel, Frame};
@@ -77,7 +78,7 @@ pub struct TableOptions {
     pub size: Option<[u32; 2]>,
     /// Camera rays per pixel of the reference, for each light.
     pub reference_spp: u32,
-    /// Renders of each file with different seeds, at least 2; the first is the file itself.
+    /// Renders of each file with different seeds, [`MIN_REPLICATES`] to 100; the first is the file itself.
     pub replicates: u32,
     /// Worker threads; 0: one per core.
     pub threads: usize,
@@ -87,9 +88,13 @@ pub struct TableOptions {
 
 impl Default for TableOptions {
     fn default() -> Self {
-        Self { size: None, reference_spp: 256, replicates: 4, threads: 0, seed: 1 }
+        Self { size: None, reference_spp: 256, replicates: MIN_REPLICATES, threads: 0, seed: 1 }
     }
 }
+
+/// With fewer, not even a file whose every render is worse than the best file's could be told from it: the rank test's
+/// smallest p-value, one over the number of ways to order the renders (252 for 5 and 5), is above the significance.
+pub const MIN_REPLICATES: u32 = 5;
 
 /// How far [`run_table`] is.
 #[derive(Clone, Debug)]
@@ -215,7 +220,8 @@ pub struct TableResult {
 }
 
 /// Renders the tutorial's files, the references they are measured against, and fills the table in. Blocks; call it from a
-/// thread of its own. `progress` is called after every pass and returns false to stop, upon which the result is `None`.
+/// thread of its own. `progress` is called several times a second and returns false to stop,
+/// upon which the result is `None`.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the scene has no plates or lights to sort the pixels by, an option is out of range, or the scene
@@ -225,9 +231,10 @@ pub fn run_table(
     options: &TableOptions,
     progress: &mut dyn FnMut(&TableProgress) -> bool,
 ) -> Result<Option<TableResult>, Error> {
-    if options.replicates < 2 || options.reference_spp < 2 {
+    const MAX_REPLICATES: u32 = 100;
+    if !(MIN_REPLICATES..=MAX_REPLICATES).contains(&options.replicates) || options.reference_spp < 2 {
         return Err(Error::Invalid(format!(
-            "{} replicates and {} reference samples, expected at least 2 of each",
+            "{} replicates and {} reference samples, expected {MIN_REPLICATES} to {MAX_REPLICATES} and at least 2",
             options.replicates, options.reference_spp
         )));
     }
@@ -363,13 +370,12 @@ fn fill_in<'a>(
     errors: &[[Vec<f64>; 4]; 4],
     reference_of: impl Fn(&TutorialRun) -> &'a SortedReference,
 ) -> Table {
-    let estimates = errors
-        .each_ref()
-        .map(|squares| squares.each_ref().map(|values| (values.len() >= 2).then(|| Estimate::of(values))));
     // In each square, every file but the best is compared with it.
     let comparisons = Square::ALL.len() * (TutorialRun::ALL.len() - 1);
     let each = sidak(SIGNIFICANCE, comparisons as u32);
-    let cross: Vec<Vec<bool>> = (0..4).map(|square| crosses(&estimates.map(|file| file[square]), each)).collect();
+    let cross: Vec<Vec<bool>> =
+        (0..4).map(|square| crosses(&errors.each_ref().map(|file| file[square].as_slice()), each)).collect();
+    let measured = |values: &[f64]| (!values.is_empty()).then(|| mean_and_error(values));
     let row = |(file, run): (usize, TutorialRun)| {
         let (stats, sorted) = (frames[file].stats(), reference_of(&run));
         let own = sorted.reference.own_rel_mse(&sorted.squares);
@@ -385,8 +391,8 @@ fn fill_in<'a>(
                 light: Square::ALL[i].light,
                 bsdf: Square::ALL[i].bsdf,
                 pixels: sorted.squares.iter().filter(|s| **s == Some(Square::ALL[i])).count(),
-                rel_mse: estimates[file][i].map(|e| e.mean),
-                standard_error: estimates[file][i].map(|e| e.standard_error),
+                rel_mse: measured(&errors[file][i]).map(|(mean, _)| mean),
+                standard_error: measured(&errors[file][i]).map(|(_, error)| error),
                 reference_rel_mse: own[i],
                 cross: cross[i][file],
             }),
@@ -441,9 +447,10 @@ impl<'a> Work<'a> {
             self.done = before + rays * f64::from(progress.spp) / f64::from(target);
             stopped |= !self.report(step, None);
             !stopped
-        })?;
+        });
         self.done = before + rays;
-        Ok((!stopped).then_some(frame))
+        // Stopped early, there may be a frame or, before the first pass, an error that says so.
+        if stopped { Ok(None) } else { frame.map(Some) }
     }
 
     /// Whether to go on.

@@ -1,7 +1,5 @@
 //! The numbers of a square: relative error, its uncertainty, and which files share the cross.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
 use super::regions::Square;
 use crate::metrics::RELMSE_EPSILON;
 
@@ -52,51 +50,53 @@ impl Reference {
     }
 }
 
-/// Mean and standard error over independent replicates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Arithmetic mean.
-    pub mean: f64,
-    /// Sample standard deviation over the square root of `replicates`.
-    pub standard_error: f64,
-    /// How many, at least 2.
-    pub replicates: usize,
+/// Mean of values and its standard error: sample standard deviation over the square root of their number, at least 2.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean, (variance / n).sqrt())
 }
 
-impl Estimate {
-    /// Of at least two values.
-    pub fn of(values: &[f64]) -> Self {
-        let n = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / n;
-        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        Self { mean, standard_error: (variance / n).sqrt(), replicates: values.len() }
+/// One-sided exact rank test (Mann and Whitney 1947): the probability that so many pairs of a value of `a` and one of `b`
+/// have `a` above, if both came from one distribution. Ties count as not above.
+///
+/// Errors of rendering are heavy-tailed: one bright sample among millions can carry the mean, and a t test then finds
+/// nothing different from anything. Ranks do not care how far above a value is.
+pub fn p_value_above(a: &[f64], b: &[f64]) -> f64 {
+    let above = a.iter().map(|x| b.iter().filter(|y| x > y).count()).sum::<usize>();
+    // ways[j][u]: orders of the values seen so far and j of b, in which u pairs have a above.
+    let (n, pairs) = (b.len(), a.len() * b.len());
+    let mut ways = vec![vec![0.0_f64; pairs + 1]; n + 1];
+    for row in &mut ways {
+        row[0] = 1.0;
     }
-
-    /// Probability of a difference at least this large if `self`'s expected value were not above `best`'s: Welch's t test,
-    /// one-sided.
-    pub fn p_value_above(&self, best: &Self) -> f64 {
-        let (v1, v2) = (self.standard_error.powi(2), best.standard_error.powi(2));
-        if v1 + v2 == 0.0 {
-            return if self.mean > best.mean { 0.0 } else { 1.0 };
+    for _ in a {
+        let mut next = vec![vec![0.0; pairs + 1]; n + 1];
+        for j in 0..=n {
+            for u in 0..=pairs {
+                // The largest value is one of a's, above all j of b; or one of b's, above nothing that counts.
+                let of_a = if u >= j { ways[j][u - j] } else { 0.0 };
+                let of_b = if j > 0 { next[j - 1][u] } else { 0.0 };
+                next[j][u] = of_a + of_b;
+            }
         }
-        let degrees =
-            (v1 + v2).powi(2) / (v1 * v1 / (self.replicates as f64 - 1.0) + v2 * v2 / (best.replicates as f64 - 1.0));
-        match StudentsT::new(0.0, 1.0, degrees) {
-            Ok(t) => t.sf((self.mean - best.mean) / (v1 + v2).sqrt()),
-            // Errors so small that their fourth powers vanish: as good as none.
-            Err(_) => f64::from(u8::from(self.mean <= best.mean)),
-        }
+        ways = next;
     }
+    let all: f64 = ways[n].iter().sum();
+    ways[n][above..].iter().sum::<f64>() / all
 }
 
-/// The crosses of one square: the smallest error, and every other that is not above it at `significance`.
-pub fn crosses(estimates: &[Option<Estimate>], significance: f64) -> Vec<bool> {
-    let best = estimates.iter().flatten().min_by(|a, b| a.mean.total_cmp(&b.mean)).copied();
-    let cross = |e: &Option<Estimate>| match (e, best) {
-        (Some(e), Some(best)) => *e == best || e.p_value_above(&best) >= significance,
+/// The crosses of one square, given the errors of each file's replicates: the smallest mean, and every other that is not
+/// above it at `significance`. Files without values get none.
+pub fn crosses(files: &[&[f64]], significance: f64) -> Vec<bool> {
+    let measured = files.iter().filter(|values| values.len() >= 2);
+    let best = measured.min_by(|a, b| mean_and_error(a).0.total_cmp(&mean_and_error(b).0));
+    let cross = |values: &&[f64]| match best {
+        Some(best) if !values.is_empty() => values == best || p_value_above(values, best) >= significance,
         _ => false,
     };
-    estimates.iter().map(cross).collect()
+    files.iter().map(cross).collect()
 }
 
 /// Significance of one of `comparisons` tests, so that `family` is the probability of any false alarm among them (Šidák).

@@ -170,10 +170,7 @@ impl Grid {
     fn new(scene: &Scene, resolution: [u32; 2], size: [usize; 2], offset: f64) -> Self {
         let camera = &scene.camera;
         let [width, height] = resolution.map(f64::from);
-        let [left, right, bottom, top] = camera.screen_window.unwrap_or_else(|| {
-            let (x, y) = (width / width.min(height), height / width.min(height));
-            [-x, x, -y, y]
-        });
+        let [left, right, bottom, top] = camera.screen(resolution);
         let tan = (camera.fov_deg.to_radians() / 2.0).tan();
         let world = camera.world_from_camera;
         let direction = |x: f64, y: f64, z: f64| (world * DVec4::new(x, y, z, 0.0)).truncate();
@@ -257,10 +254,10 @@ impl Grid {
                 let (px, py) = (x as f64 + self.offset, y as f64 + self.offset);
                 let direction = self.corner + px * self.right + py * self.down;
                 let point = &mut nearest[y * self.size[0] + x];
-                if let Some(t) = hit(direction) {
-                    if t < point.0 {
-                        *point = (t, material);
-                    }
+                if let Some(t) = hit(direction)
+                    && t < point.0
+                {
+                    *point = (t, material);
                 }
             }
         }

@@ -38,7 +38,7 @@ pub(super) fn markdown(table: &Table) -> String {
     let _ = write!(
         out,
         "\nNumbers are relMSE ± standard error over {} renders with different seeds; smaller is better. × marks the best file \
-         of a square and every file that a test cannot tell from it ({} % significance over the whole table).\n\
+         of a square and every file that a rank test cannot tell from it ({} % significance over the whole table).\n\
          A pixel belongs to the light that contributes most to it in the reference. Light small: {}; large: {}. BSDF broad: \
          {}; sharp: {}.\n\
          Reference: {} camera rays per pixel and light, its own relMSE at most {own:.1e}. Times: {threads} threads; compare \

@@ -1,1 +1,31 @@
-fn main() {}
+//! Chores of the project: `cargo xtask test` and `cargo xtask screenshot`. No dependencies, so that it starts at once.
+
+mod needs;
+mod screenshot;
+mod testing;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+cargo xtask test [ARGS]   install or name what the tests need, then run them all; ARGS go to
+                          `cargo test` in place of --workspace, e.g. -p mislab --test cli
+cargo xtask screenshot    build the app, show it on a virtual screen and save assets/screenshot.png";
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let done = match args.split_first() {
+        Some((command, rest)) if command == "test" => testing::run(rest),
+        Some((command, [])) if command == "screenshot" => screenshot::run(),
+        _ => {
+            eprintln!("{USAGE}");
+            return ExitCode::from(2);
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The command line: `mislab [SCENE]` for the window, `render`, `table`, `compare` and `info` without one.
+//!
+//! What was asked for goes to standard output and nothing else does; messages, warnings and progress go to standard
+//! error. Exit code 0: done; 1: it failed; 2: the arguments cannot be used.
+
+mod args;
+mod argv;
+mod compare;
+mod info;
+mod input;
+mod output;
+mod progress;
+mod render;
+mod table;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use self::args::{Args, Command};
+use crate::app::{NoWindow, run_app};
+
+/// Runs the program with the arguments of this process.
+pub fn main() -> ExitCode {
+    let args = match Args::try_parse_from(argv::with_double_dashes(std::env::args_os())) {
+        Ok(args) => args,
+        // Help and version come this way too, to standard output and with code 0.
+        Err(message) => message.exit(),
+    };
+    let done = match args.command {
+        Some(Command::Render(args)) => render::run(args),
+        Some(Command::Table(args)) => table::run(args),
+        Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::Info(args)) => info::run(&args),
+        None => match run_app(args.scene.clone()) {
+            Ok(()) => Ok(()),
+            Err(NoWindow { reason }) => table::instead_of_window(args.scene, &reason),
+        },
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Run(message)) => {
+            output::message(&message);
+            ExitCode::from(1)
+        }
+        Err(Failure::Usage(message)) => {
+            output::message(&format!("error: {message}\n\nFor more information, try '--help'."));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Why a command did not do what it was asked for.
+#[derive(Debug)]
+enum Failure {
+    /// It could not be done: exit code 1.
+    Run(String),
+    /// It should not have been asked for: exit code 2.
+    Usage(String),
+}
+
+impl From<mislab_renderer::Error> for Failure {
+    fn from(error: mislab_renderer::Error) -> Self {
+        Self::Run(error.to_string())
+    }
+}

@@ -1,0 +1,238 @@
+//! The arguments, as typed. The names are an interface: scripts and lessons use them.
+
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Parser, Subcommand};
+use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, Strategy};
+
+use super::output::{Destination, PictureFile};
+
+/// A laboratory for multiple importance sampling.
+///
+/// Without a command: opens the window, on SCENE if given. Where no window can be opened, renders the tutorial's
+/// pictures and table into the current folder.
+#[derive(Debug, Parser)]
+#[command(name = "mislab", version, args_conflicts_with_subcommands = true)]
+pub(super) struct Args {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    /// A scene (.pbrt), or a picture saved by this program (.exr), which restores scene and settings
+    pub(super) scene: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Renders one picture, without a window
+    Render(RenderArgs),
+    /// Renders the tutorial's four pictures and a reference, and fills in the tutorial's table
+    Table(TableArgs),
+    /// Says how far two pictures are apart
+    Compare(CompareArgs),
+    /// Shows the settings a picture was made with
+    Info(InfoArgs),
+}
+
+/// What is not named here comes from the scene file, then from the defaults.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Options may also be written with one dash, as in pbrt-v3.
+Exit code 0: the picture is saved; 1: it failed; 2: the arguments cannot be used.
+Stopped with Ctrl+C, it saves nothing and leaves an older file as it was.")]
+pub(super) struct RenderArgs {
+    /// A scene (.pbrt), or a picture saved by this program (.exr), to render again [default: Veach's scene]
+    pub(super) scene: Option<PathBuf>,
+
+    /// How directions are sampled
+    #[arg(long, value_name = "NAME", value_parser = names(Strategy::ALL.map(Strategy::name), Strategy::from_name))]
+    pub(super) strategy: Option<Strategy>,
+
+    /// Probability of a light sample in the strategy `mis`, in [0, 1]
+    #[arg(long, value_name = "C", value_parser = unit, allow_negative_numbers = true)]
+    pub(super) light_prob: Option<f32>,
+
+    /// How the two techniques are weighted
+    #[arg(long, value_name = "NAME", value_parser = names(Heuristic::ALL.map(Heuristic::name), Heuristic::from_name))]
+    pub(super) heuristic: Option<Heuristic>,
+
+    /// Whether the light probability takes part in the weights of the strategy `mis`
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_parser = names(OneSampleWeights::ALL.map(OneSampleWeights::name), OneSampleWeights::from_name)
+    )]
+    pub(super) weights: Option<OneSampleWeights>,
+
+    /// Pattern of the samples in a pixel
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_parser = names(SamplerKind::ALL.map(SamplerKind::name), SamplerKind::from_name)
+    )]
+    pub(super) sampler: Option<SamplerKind>,
+
+    /// Samples per pixel; for the stratified sampler arranged as squarely as can be, 64 as 8 x 8
+    #[arg(long, value_name = "N", value_parser = at_least_one, allow_negative_numbers = true)]
+    pub(super) spp: Option<NonZeroU32>,
+
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
+    pub(super) seed: Option<u32>,
+
+    #[command(flatten)]
+    pub(super) how: HowArgs,
+
+    /// Image size in pixels, e.g. 800x800
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(super) size: Option<[u32; 2]>,
+
+    /// Part of the image to render, as fractions of its width (x0, x1) and height (y0, y1) from the top left
+    #[arg(long, num_args = 4, value_names = ["x0", "x1", "y0", "y1"], value_parser = unit, allow_negative_numbers = true)]
+    pub(super) cropwindow: Option<Vec<f32>>,
+
+    /// Roughness (GGX alpha, in [0, 1]) of the material NAME; 0 is a mirror. May be repeated
+    #[arg(long, value_name = "NAME=VALUE", value_parser = alpha)]
+    pub(super) alpha: Vec<Alpha>,
+
+    /// File to save: .exr with all layers and settings, or .png, 8 bits, sRGB-encoded, clipped to [0, 1]
+    /// [default: the Film's filename; for a picture NAME.exr rendered again, NAME_again.exr]
+    #[arg(long, value_name = "FILE", value_parser = picture_file)]
+    pub(super) outfile: Option<PictureFile>,
+
+    /// Writes settings, work and time as JSON to this file; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+
+    /// A quick preview: a quarter of width and height and at most 4 samples per pixel, where not named
+    #[arg(long)]
+    pub(super) quick: bool,
+}
+
+/// How something is computed, which never changes its bits.
+#[derive(Debug, clap::Args)]
+pub(super) struct HowArgs {
+    /// Worker threads; 0: one per core. The picture is the same for any number
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = threads, allow_negative_numbers = true)]
+    pub(super) nthreads: usize,
+
+    /// Says nothing but errors
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct TableArgs {
+    /// A scene (.pbrt) or a picture saved by this program (.exr) with plates and lights [default: Veach's scene]
+    pub(super) scene: Option<PathBuf>,
+
+    /// Size of all pictures [default: the SCENE's; the tutorial's own sizes without SCENE or if it has 800x800]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(super) size: Option<[u32; 2]>,
+
+    /// Folder for the four pictures, created if need be
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub(super) outdir: PathBuf,
+
+    /// How the table is printed
+    #[arg(long, value_name = "NAME", default_value = "md", value_parser = ["md", "csv", "json"])]
+    pub(super) format: String,
+
+    #[command(flatten)]
+    pub(super) how: HowArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct CompareArgs {
+    /// The picture
+    #[arg(value_name = "A.exr")]
+    pub(super) a: PathBuf,
+
+    /// The reference
+    #[arg(value_name = "B.exr")]
+    pub(super) b: PathBuf,
+
+    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct InfoArgs {
+    /// The picture
+    #[arg(value_name = "FILE.exr")]
+    pub(super) file: PathBuf,
+}
+
+/// One `--alpha NAME=VALUE`.
+#[derive(Clone, Debug)]
+pub(super) struct Alpha {
+    pub(super) material: String,
+    pub(super) value: f32,
+}
+
+/// One of `names`, which `from_name` understands.
+fn names<const N: usize, T: Clone + Send + Sync + 'static>(
+    names: [&'static str; N],
+    from_name: fn(&str) -> Option<T>,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names).try_map(move |name| from_name(&name).ok_or("not a known name"))
+}
+
+fn unit(text: &str) -> Result<f32, String> {
+    // The range leaves out NaN too.
+    text.parse().ok().filter(|v| (0.0..=1.0).contains(v)).ok_or_else(|| "expected a number in [0, 1]".to_owned())
+}
+
+fn at_least_one(text: &str) -> Result<NonZeroU32, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
+}
+
+fn seed(text: &str) -> Result<u32, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u32::MAX))
+}
+
+fn threads(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1024;
+    text.parse().ok().filter(|n| *n <= MOST).ok_or_else(|| format!("expected a whole number from 0 to {MOST}"))
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let side = |text: &str| text.parse::<u32>().ok().filter(|n| (1..=65536).contains(n));
+    text.split_once(['x', 'X'])
+        .and_then(|(width, height)| Some([side(width)?, side(height)?]))
+        .ok_or_else(|| "expected width and height in pixels, 1 to 65536 each, e.g. 800x800".to_owned())
+}
+
+fn alpha(text: &str) -> Result<Alpha, String> {
+    let (material, value) = text.rsplit_once('=').ok_or("expected NAME=VALUE, e.g. plate2=0.02")?;
+    Ok(Alpha { material: material.to_owned(), value: unit(value)? })
+}
+
+fn picture_file(text: &str) -> Result<PictureFile, String> {
+    PictureFile::new(text.into()).ok_or_else(|| "expected a name that ends in .exr or .png".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_refused() {
+        for text in ["nan", "inf", "1e999", "-0.1", "1.0001", "", "0,5"] {
+            assert!(unit(text).is_err(), "{text}");
+        }
+        assert_eq!(unit("1e-3"), Ok(0.001));
+        for text in ["800", "800x", "x800", "0x5", "5x65537", "-5x5", "5x5x5", "4294967296x1"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+        assert_eq!(size("800x600"), Ok([800, 600]));
+    }
+}

@@ -1,0 +1,57 @@
+//! SCENE: a pbrt file, a picture saved by this program, or the scene built into it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use mislab_renderer::{Diagnostic, Scene, Settings, pbrt, snapshot};
+
+use super::{Failure, output};
+
+/// What SCENE says.
+pub(super) struct Input {
+    pub(super) scene: Arc<Scene>,
+    pub(super) settings: Settings,
+    /// File to save where the command line names none.
+    pub(super) film_filename: String,
+    /// The scene as the user named it, or "embedded".
+    pub(super) source: String,
+    warnings: Vec<Diagnostic>,
+}
+
+impl Input {
+    /// Reads SCENE.
+    pub(super) fn load(path: Option<&Path>) -> Result<Self, Failure> {
+        let file = match path {
+            Some(path) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) => {
+                return Self::restore(path);
+            }
+            Some(path) => pbrt::load(path)?,
+            None => pbrt::embedded_scene(),
+        };
+        let pbrt::SceneFile { scene, settings, film_filename, warnings, source } = file;
+        Ok(Self { scene: Arc::new(scene), settings, film_filename, source, warnings })
+    }
+
+    /// The state a picture was saved in; its samples per pixel are those it had got.
+    fn restore(path: &Path) -> Result<Self, Failure> {
+        let request = snapshot::restore(path)?.picture_request();
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        Ok(Self {
+            scene: request.scene,
+            settings: request.settings,
+            // Not the name of the picture itself, which may hold hours of work.
+            film_filename: format!("{stem}_again.exr"),
+            source: path.display().to_string(),
+            warnings: Vec::new(),
+        })
+    }
+
+    /// Says what in the file was not understood.
+    pub(super) fn warn(&self, quiet: bool) {
+        if !quiet {
+            for Diagnostic { location, message } in &self.warnings {
+                output::message(&format!("{location}: warning: {message}"));
+            }
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Where results go: standard output, files that appear whole or not at all, and messages on standard error.
+
+use std::convert::Infallible;
+use std::io::{ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use mislab_renderer::{Frame, snapshot};
+
+use super::Failure;
+use crate::view_state::{ToneMap, ViewState};
+use crate::viewport::render_to_rgba8;
+
+/// A line on standard error. Nobody is left to be told if that fails.
+pub(super) fn message(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Text for standard output. A reader that has seen enough (`| head`) is no failure.
+pub(super) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::Run(format!("standard output: cannot write: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Where JSON goes.
+#[derive(Clone, Debug)]
+pub(super) enum Destination {
+    StandardOutput,
+    File(PathBuf),
+}
+
+impl FromStr for Destination {
+    type Err = Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Infallible> {
+        Ok(if text == "-" { Self::StandardOutput } else { Self::File(text.into()) })
+    }
+}
+
+impl Destination {
+    /// As [`check_place`], for a file.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        match self {
+            Self::StandardOutput => Ok(()),
+            Self::File(path) => check_place(path),
+        }
+    }
+
+    /// Writes `value` as indented JSON.
+    pub(super) fn write(&self, value: &impl serde::Serialize) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(value).map_err(|error| Failure::Run(format!("JSON: {error}")))? + "\n";
+        match self {
+            Self::StandardOutput => print(&text),
+            Self::File(path) => Ok(snapshot::write_file(path, text.as_bytes())?),
+        }
+    }
+}
+
+/// A file to save a picture in, of a kind we write.
+#[derive(Clone, Debug)]
+pub(super) struct PictureFile {
+    path: PathBuf,
+    is_png: bool,
+}
+
+impl PictureFile {
+    /// `None` if the extension is neither .exr nor .png.
+    pub(super) fn new(path: PathBuf) -> Option<Self> {
+        let extension = path.extension()?.to_str()?;
+        let is_png = extension.eq_ignore_ascii_case("png");
+        (is_png || extension.eq_ignore_ascii_case("exr")).then_some(Self { path, is_png })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// As [`check_place`].
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        check_place(&self.path)
+    }
+
+    /// Saves the picture; returns what the user should know about the file.
+    pub(super) fn save(&self, frame: &Frame) -> Result<Option<String>, Failure> {
+        if !self.is_png {
+            return Ok(snapshot::save(frame, &self.path, &snapshot::SaveOptions::default())?.notice);
+        }
+        let view = ViewState { tone_map: ToneMap::SrgbClip, ..ViewState::default() };
+        let (width, height, rgba) = render_to_rgba8(frame, &view, true);
+        let bytes = crate::png_file::encode(width, height, &rgba)
+            .map_err(|error| Failure::Run(format!("{}: cannot encode: {error}", self.path.display())))?;
+        snapshot::write_file(&self.path, &bytes)?;
+        Ok(None)
+    }
+}
+
+/// Finds out before hours of rendering that a file could not be saved: its folder is missing, or it is a folder itself.
+pub(super) fn check_place(path: &Path) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+        return Err(Failure::Run(format!("{}: cannot save: there is no folder {}", path.display(), folder.display())));
+    }
+    if path.is_dir() {
+        return Err(Failure::Run(format!("{}: cannot save: this is a folder, expected a file", path.display())));
+    }
+    Ok(())
+}

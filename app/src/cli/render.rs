@@ -1,0 +1,181 @@
+//! `mislab render`: one picture.
+
+use std::sync::Arc;
+
+use mislab_renderer::{Frame, FrameStats, PixelRect, Request, SamplerKind, SamplerSettings, Scene, Settings};
+use serde::Serialize;
+
+use super::Failure;
+use super::args::{Alpha, RenderArgs};
+use super::input::Input;
+use super::output::{self, PictureFile};
+use super::progress::Bar;
+
+/// `--quick`: width and height are divided by this (pbrt-v3: the same) ...
+const QUICK_SHRINK: u32 = 4;
+/// ... and samples per pixel are at most this. pbrt-v3 takes one; of one sample no variance is known.
+const QUICK_SPP: u32 = 4;
+
+pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
+    let input = Input::load(args.scene.as_deref())?;
+    input.warn(args.how.quiet);
+    let mut request = Request { scene: input.scene.clone(), settings: input.settings.clone() };
+    apply(&args, &mut request.settings);
+    request.settings.check().map_err(Failure::Usage)?;
+    for edit in &args.alpha {
+        set_alpha(Arc::make_mut(&mut request.scene), edit)?;
+    }
+
+    let outfile = match args.outfile {
+        Some(file) => file,
+        None => PictureFile::new(input.film_filename.clone().into()).ok_or_else(|| {
+            Failure::Run(format!(
+                "{}: Film's filename is \"{}\", expected a name that ends in .exr or .png; name one with --outfile",
+                input.source, input.film_filename
+            ))
+        })?,
+    };
+    outfile.check()?;
+    if let Some(json) = &args.json {
+        json.check()?;
+    }
+
+    let frame = {
+        let bar = Bar::new(args.how.quiet);
+        mislab_renderer::render(&request, args.how.nthreads, &mut |progress| {
+            bar.show_picture(progress);
+            true
+        })?
+    };
+    let notice = outfile.save(&frame)?;
+    let report = Report::new(&input, &frame, &outfile);
+    if !args.how.quiet {
+        for warning in notice.into_iter().chain(report.warning()) {
+            output::message(&format!("{}: warning: {warning}", outfile.path().display()));
+        }
+        output::message(&report.summary());
+    }
+    args.json.map_or(Ok(()), |json| json.write(&report))
+}
+
+/// Puts what the command line names over what the scene file says.
+fn apply(args: &RenderArgs, settings: &mut Settings) {
+    if args.quick {
+        settings.resolution = settings.resolution.map(|side| (side / QUICK_SHRINK).max(1));
+    }
+    settings.resolution = args.size.unwrap_or(settings.resolution);
+    if let Some(&[x0, x1, y0, y1]) = args.cropwindow.as_deref() {
+        settings.crop = [x0, x1, y0, y1];
+    }
+    settings.strategy = args.strategy.unwrap_or(settings.strategy);
+    settings.light_prob = args.light_prob.unwrap_or(settings.light_prob);
+    settings.heuristic = args.heuristic.unwrap_or(settings.heuristic);
+    settings.weights = args.weights.unwrap_or(settings.weights);
+    settings.seed = args.seed.unwrap_or(settings.seed);
+    settings.sampler.kind = args.sampler.unwrap_or(settings.sampler.kind);
+
+    let quick_spp = settings.spp.filter(|spp| args.quick && spp.get() > QUICK_SPP).and(QUICK_SPP.try_into().ok());
+    if let Some(spp) = args.spp.or(quick_spp) {
+        settings.spp = Some(spp);
+        settings.sampler.strata = SamplerSettings::strata_for(spp.get());
+    }
+}
+
+fn set_alpha(scene: &mut Scene, edit: &Alpha) -> Result<(), Failure> {
+    let Alpha { material: name, value } = edit;
+    if let Some(alpha) = scene.material_mut(name).and_then(|material| material.bsdf.alpha_mut()) {
+        *alpha = *value;
+        return Ok(());
+    }
+    let found = if scene.material(name).is_some() { "has no roughness" } else { "is not in the scene" };
+    let rough = scene.materials.iter().filter(|material| material.bsdf.alpha().is_some());
+    let names: Vec<&str> = rough.map(|material| material.name.as_str()).collect();
+    let expected = if names.is_empty() {
+        "no material here has one".to_owned()
+    } else {
+        format!("expected one of {}", names.join(", "))
+    };
+    Err(Failure::Usage(format!("--alpha: material \"{name}\" {found}, {expected}")))
+}
+
+/// What was rendered and what it took: the object of `--json`. Its keys are an interface.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    outfile: String,
+    strategy: &'static str,
+    heuristic: &'static str,
+    weights: &'static str,
+    light_prob: f32,
+    sampler: &'static str,
+    /// Strata along x and y; null for other samplers.
+    strata: Option<[u32; 2]>,
+    jitter: Option<bool>,
+    spp: u32,
+    seed: u32,
+    /// Full image.
+    width: u32,
+    height: u32,
+    /// Pixels rendered: x0, x1, y0, y1, the ends excluded.
+    pixel_bounds: [u32; 4],
+    paths: u64,
+    render_seconds: f64,
+    cpu_seconds: f64,
+    mpaths_per_second: f64,
+    threads: usize,
+    simd: &'static str,
+    invalid_samples: u64,
+    version: &'static str,
+}
+
+impl Report {
+    fn new(input: &Input, frame: &Frame, outfile: &PictureFile) -> Self {
+        let stats = frame.stats();
+        let FrameStats { paths, render_seconds, cpu_seconds, threads, simd, invalid_samples } = stats;
+        let Settings { strategy, light_prob, heuristic, weights, sampler, seed, resolution, spp: _, crop: _ } =
+            frame.request().settings;
+        let PixelRect { min, max } = frame.bounds();
+        let is_stratified = sampler.kind == SamplerKind::Stratified;
+        Self {
+            scene: input.source.clone(),
+            outfile: outfile.path().display().to_string(),
+            strategy: strategy.name(),
+            heuristic: heuristic.name(),
+            weights: weights.name(),
+            light_prob,
+            sampler: sampler.kind.name(),
+            strata: is_stratified.then_some(sampler.strata),
+            jitter: is_stratified.then_some(sampler.jitter),
+            spp: frame.spp(),
+            seed,
+            width: resolution[0],
+            height: resolution[1],
+            pixel_bounds: [min[0], max[0], min[1], max[1]],
+            paths,
+            render_seconds,
+            cpu_seconds,
+            mpaths_per_second: stats.mpaths_per_second(),
+            threads,
+            simd,
+            invalid_samples,
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
+    fn warning(&self) -> Option<String> {
+        (self.invalid_samples > 0)
+            .then(|| format!("{} samples were not finite numbers and are left out", self.invalid_samples))
+    }
+
+    fn summary(&self) -> String {
+        format!(
+            "{}: {}, {} spp, {:.1} M paths in {:.2} s, {:.0} Mpaths/s",
+            self.outfile,
+            self.strategy,
+            self.spp,
+            self.paths as f64 * 1e-6,
+            self.render_seconds,
+            self.mpaths_per_second
+        )
+    }
+}

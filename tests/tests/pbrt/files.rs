@@ -1,0 +1,161 @@
+//! Files: the scene itself, `Include` and PLY meshes.
+
+use std::fs;
+use std::path::Path;
+
+use glam::Vec3;
+use mislab_renderer::Error;
+use mislab_renderer::pbrt;
+
+use crate::{assert_failure, assert_no_warnings, mesh, sphere, world};
+
+pub fn write(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> std::path::PathBuf {
+    let path = folder.join(name);
+    fs::create_dir_all(path.parent().expect("a folder")).expect("a folder can be made");
+    fs::write(&path, content).expect("a file can be written");
+    path
+}
+
+#[test]
+fn load_names_what_is_wrong_with_a_file() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let missing = dir.path().join("missing.pbrt");
+    assert!(matches!(pbrt::load(&missing), Err(Error::Io { .. })));
+    assert!(pbrt::load(dir.path()).expect_err("a folder").to_string().contains("a folder, expected a file"));
+    let binary = write(dir.path(), "picture.exr", b"v/1\x01\x02\0\0\0");
+    assert!(pbrt::load(&binary).expect_err("binary").to_string().contains("picture.exr: binary data"));
+    let scene = write(dir.path(), "my scene.pbrt", pbrt::DEFAULT_SCENE);
+    let file = pbrt::load(&scene).expect("a scene");
+    assert_eq!((file.scene.name.as_str(), file.source), ("my scene", scene.display().to_string()));
+    // Windows editors.
+    let mut utf16: Vec<u8> = vec![0xff, 0xfe];
+    utf16.extend(pbrt::DEFAULT_SCENE.encode_utf16().flat_map(u16::to_le_bytes));
+    let scene = write(dir.path(), "utf16.pbrt", utf16);
+    assert_eq!(pbrt::load(&scene).expect("a scene").scene.shapes.len(), 10);
+    let scene = write(dir.path(), "latin1.pbrt", b"# Licht gr\xfcn\nCamera \"perspective\"\nWorldBegin WorldEnd");
+    assert!(pbrt::load(&scene).is_ok());
+}
+
+#[test]
+fn include_is_relative_and_keeps_places() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path();
+    let main = write(
+        root,
+        "main.pbrt",
+        "Camera \"perspective\"\nWorldBegin\nInclude \"parts/a.pbrt\"\nShape \"sphere\"\nWorldEnd",
+    );
+    write(root, "parts/a.pbrt", "Material \"mirror\"\nInclude \"b.pbrt\"\nInclude \"shared.pbrt\"");
+    write(root, "parts/b.pbrt", "Shape \"sphere\"\n Oops 3");
+    write(root, "shared.pbrt", "Shape \"sphere\" \"float radius\" 5");
+    let file = pbrt::load(&main).expect("a scene");
+    assert_eq!(file.scene.shapes.len(), 3);
+    assert_eq!(file.scene.materials.len(), 1, "the material of the included file holds on");
+    assert_eq!(sphere(&file.scene.shapes[1]).1, 5.0, "found beside the main file, as pbrt does");
+    let place = &file.warnings[0].location;
+    assert!(place.file.ends_with("b.pbrt") && (place.line, place.column) == (2, 2), "{place}");
+    // The same text with a folder given.
+    let text = fs::read_to_string(&main).expect("text");
+    assert_eq!(pbrt::parse(&text, "x", Some(root)).expect("a scene").scene.shapes.len(), 3);
+    assert_failure(&text, 3, 1, &["parts/a.pbrt", "no folder"]);
+
+    let message = |content: &str| {
+        let main = write(root, "bad.pbrt", content);
+        pbrt::load(&main).expect_err("an error").to_string()
+    };
+    write(root, "loop.pbrt", "\nInclude \"bad.pbrt\"");
+    assert!(message("Include \"loop.pbrt\"").contains("loop.pbrt:2:1: Include of"));
+    assert!(message("Include \"bad.pbrt\"").contains("bad.pbrt:1:1: Include of"));
+    assert!(message("Include \"none.pbrt\"").contains("bad.pbrt:1:1: Include: cannot read"));
+    assert!(message("Include none").contains("bad.pbrt:1:9"));
+    assert!(message("Include \"parts\"").contains("a folder"));
+    // Twice, but not inside itself, is fine.
+    let twice = write(root, "twice.pbrt", "WorldBegin Include \"shared.pbrt\" Include \"shared.pbrt\" WorldEnd");
+    assert_eq!(pbrt::load(&twice).expect("a scene").scene.shapes.len(), 2);
+    // Many includes of includes end.
+    for i in 0..30 {
+        let next = format!("Include \"deep{}.pbrt\" ", i + 1);
+        write(root, &format!("deep{i}.pbrt"), next.repeat(3));
+    }
+    assert!(message("Include \"deep0.pbrt\"").contains("at most 16 deep"));
+    for i in 0..12 {
+        let next = format!("Include \"wide{}.pbrt\" ", i + 1);
+        write(root, &format!("wide{i}.pbrt"), if i == 11 { String::new() } else { next.repeat(3) });
+    }
+    assert!(message("Include \"wide0.pbrt\"").contains("at most 1000"));
+}
+
+pub const PLY_ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n\
+    property float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0.5 9\n4 0 1 2 3\n";
+
+pub fn ply_binary(big: bool) -> Vec<u8> {
+    let order = if big { "big" } else { "little" };
+    let mut out = format!(
+        "ply\nformat binary_{order}_endian 1.0\nelement vertex 4\nproperty double x\nproperty float y\nproperty float z\n\
+         element face 2\nproperty uchar flags\nproperty list uchar uint vertex_index\nend_header\n"
+    )
+    .into_bytes();
+    let f32 = |v: f32| if big { v.to_be_bytes() } else { v.to_le_bytes() };
+    let u32 = |v: u32| if big { v.to_be_bytes() } else { v.to_le_bytes() };
+    for [x, y, z] in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5f32]] {
+        let x = f64::from(x);
+        out.extend(if big { x.to_be_bytes() } else { x.to_le_bytes() });
+        out.extend(f32(y));
+        out.extend(f32(z));
+    }
+    for face in [[0, 1, 2], [0, 2, 3]] {
+        out.extend([7, 3]);
+        out.extend(face.into_iter().flat_map(u32));
+    }
+    out
+}
+
+#[test]
+fn ply_meshes() {
+    let dir = tempfile::tempdir().expect("a folder");
+    write(dir.path(), "ascii.ply", PLY_ASCII);
+    write(dir.path(), "crlf.ply", PLY_ASCII.replace('\n', "\r\n"));
+    write(dir.path(), "little.ply", ply_binary(false));
+    write(dir.path(), "big.ply", ply_binary(true));
+    for name in ["ascii.ply", "crlf.ply", "little.ply", "big.ply"] {
+        let text = world(&format!("Translate 0 0 1 Shape \"plymesh\" \"string filename\" \"{name}\""));
+        let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_no_warnings(&file);
+        let (positions, triangles) = mesh(&file.scene.shapes[0]);
+        assert_eq!(positions[3], Vec3::new(0.0, 1.0, 1.5), "{name}");
+        assert_eq!(**triangles, [[0, 1, 2], [0, 2, 3]], "{name}: a quad is two triangles");
+    }
+}
+
+#[test]
+fn bad_ply_files_are_errors_at_the_shape() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let message = |content: &[u8]| {
+        write(dir.path(), "bad.ply", content);
+        let text = world("Shape \"plymesh\" \"string filename\" \"bad.ply\"");
+        let e = pbrt::parse(&text, "t.pbrt", Some(dir.path())).expect_err("an error").to_string();
+        assert!(e.starts_with("t.pbrt:3:35: plymesh: ") && e.contains("bad.ply"), "{e}");
+        assert!(!e.contains('\n'), "one line: {e}");
+        e
+    };
+    assert!(message(b"hello").contains("magic"));
+    assert!(message(PLY_ASCII.replace("4 0 1 2 3", "4 0 1 2 4").as_bytes()).contains("vertex index 4"));
+    assert!(message(PLY_ASCII.replace("4 0 1 2 3", "4 0 1 2 -1").as_bytes()).contains("vertex_indices"));
+    assert!(message(PLY_ASCII.replace("4 0 1 2 3", "2 0 1").as_bytes()).contains("at least 3"));
+    assert!(message(PLY_ASCII.replace("property float y\n", "property float w\n").as_bytes()).contains("x, y or z"));
+    assert!(message(PLY_ASCII.replace("0 0 0 9\n1", "0 0 1e99 9\n1").as_bytes()).contains("finite"));
+    message(PLY_ASCII.replace("0 0 0 9\n1", "0 nan 0 9\n1").as_bytes());
+    // Counts that no file could hold are refused before memory is asked for.
+    assert!(message(PLY_ASCII.replace("vertex 4", "vertex 999999999999").as_bytes()).contains("announced"));
+    assert!(
+        message(PLY_ASCII.replace("element face", "element ghost 99999999\nelement face").as_bytes())
+            .contains("announced")
+    );
+    let mut binary = ply_binary(false);
+    let header_end = binary.len() - 28 + 1;
+    binary[header_end] = 255;
+    message(&binary);
+    message(&ply_binary(true)[..200]);
+    message(PLY_ASCII.replace("uchar int vertex", "float int vertex").replace("4 0 1 2 3", "4.5 0 1 2 3").as_bytes());
+}

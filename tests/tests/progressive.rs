@@ -1,0 +1,223 @@
+//! The background renderer as a window uses it: latest wins, nothing stale, nothing lost.
+
+use std::num::NonZeroU32;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use mislab_renderer::{
+    Channel, Frame, Geometry, Pace, Picture, Renderer, Request, Settings, State, Strategy, pbrt, render,
+};
+
+fn request(size: u32, spp: Option<u32>) -> Request {
+    let file = pbrt::embedded_scene();
+    let settings = Settings { resolution: [size, size], spp: spp.and_then(NonZeroU32::new), ..file.settings };
+    Request { scene: Arc::new(file.scene), settings }
+}
+
+/// Waits until `done` holds; the limit is for a broken program only.
+fn wait(what: &str, mut done: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !done() {
+        assert!(start.elapsed() < Duration::from_secs(60), "waited a minute for: {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn finished(picture: &Picture) -> Arc<Frame> {
+    wait("the target", || picture.status().state == State::Finished);
+    picture.latest().expect("a finished picture has a frame")
+}
+
+fn bits(frame: &Frame) -> Vec<u32> {
+    Channel::ALL.into_iter().flat_map(|c| frame.channel(c)).map(f32::to_bits).collect()
+}
+
+#[test]
+fn the_latest_request_wins_and_old_frames_are_told_by_their_generation() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    assert_eq!(picture.status().state, State::Idle);
+    let mut last = 0;
+    for i in 0..50 {
+        let mut r = request(64, Some(4));
+        r.settings.seed = i;
+        let generation = picture.submit(r);
+        assert!(generation > last, "generations grow");
+        last = generation;
+    }
+    let frame = finished(&picture);
+    assert_eq!(frame.generation(), last);
+    assert_eq!(frame.request().settings.seed, 49);
+    assert_eq!(frame.spp(), 4);
+}
+
+#[test]
+fn frames_hold_whole_passes_and_never_change() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    picture.submit(request(96, None));
+    wait("a first frame", || picture.latest().is_some());
+    let early = picture.latest().unwrap();
+    let before = bits(&early);
+    wait("a later frame", || picture.latest().is_some_and(|f| f.spp() > early.spp() + 20));
+    assert_eq!(before, bits(&early), "a frame in hand changed while rendering went on");
+
+    let spp = early.spp();
+    let mut again = request(96, Some(spp));
+    again.settings.spp = NonZeroU32::new(spp);
+    let alone = render(&again, 1, &mut |_| true).unwrap();
+    assert_eq!(before, bits(&alone), "{spp} spp on the way differ from {spp} spp asked for");
+}
+
+#[test]
+fn pausing_holds_and_steps_are_single_passes() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    picture.set_pace(Pace::Paused);
+    picture.submit(request(32, Some(8)));
+    // A new request is seen even while paused: one pass of it.
+    wait("the one pass", || picture.status().state == State::Paused);
+    assert_eq!(picture.status().spp, 1);
+    for spp in 2..=4 {
+        picture.step();
+        wait("a step", || picture.status().spp == spp && picture.status().state == State::Paused);
+        std::thread::sleep(Duration::from_millis(5));
+        assert_eq!(picture.status().spp, spp, "one step is one pass");
+    }
+    picture.set_pace(Pace::Full);
+    let frame = finished(&picture);
+    assert_eq!(bits(&frame), bits(&render(&request(32, Some(8)), 1, &mut |_| true).unwrap()));
+}
+
+#[test]
+fn a_slow_pace_counts_single_passes() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    picture.set_pace(Pace::PassesPerSecond(200.0));
+    picture.submit(request(16, Some(20)));
+    let mut seen = Vec::new();
+    wait("the target", || {
+        if let Some(frame) = picture.latest()
+            && seen.last() != Some(&frame.spp())
+        {
+            seen.push(frame.spp());
+        }
+        picture.status().state == State::Finished
+    });
+    assert!(seen.windows(2).all(|w| w[0] < w[1]), "{seen:?}");
+}
+
+#[test]
+fn another_target_goes_on_and_a_lower_one_starts_again() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    let first = picture.submit(request(32, Some(4)));
+    assert_eq!(finished(&picture).spp(), 4);
+    assert_eq!(picture.submit(request(32, Some(9))), first, "same samples, more of them: no restart");
+    wait("9 spp", || picture.latest().is_some_and(|f| f.spp() == 9));
+    let frame = finished(&picture);
+    assert_eq!(frame.request().settings.spp, NonZeroU32::new(9));
+    assert_eq!(bits(&frame), bits(&render(&request(32, Some(9)), 1, &mut |_| true).unwrap()));
+
+    let second = picture.submit(request(32, Some(2)));
+    assert!(second > first);
+    wait("2 spp", || picture.latest().is_some_and(|f| f.generation() == second && f.spp() == 2));
+}
+
+#[test]
+fn restarting_gives_the_same_bits() {
+    let renderer = Renderer::new(3, || {});
+    let picture = renderer.add_picture();
+    picture.submit(request(48, Some(6)));
+    let once = finished(&picture);
+    let generation = picture.restart();
+    wait("the restarted frame", || picture.latest().is_some_and(|f| f.generation() == generation && f.spp() == 6));
+    assert_eq!(bits(&once), bits(&picture.latest().unwrap()));
+}
+
+#[test]
+fn pictures_take_turns_and_do_not_mix() {
+    let renderer = Renderer::new(2, || {});
+    let pictures: Vec<_> = Strategy::ALL
+        .into_iter()
+        .map(|strategy| {
+            let picture = renderer.add_picture();
+            let mut r = request(64, Some(16));
+            r.settings.strategy = strategy;
+            picture.submit(r.clone());
+            (picture, r)
+        })
+        .collect();
+    for (picture, r) in &pictures {
+        assert_eq!(bits(&finished(picture)), bits(&render(r, 1, &mut |_| true).unwrap()));
+    }
+}
+
+#[test]
+fn a_scene_that_cannot_be_rendered_says_why_and_the_old_frame_stays() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    picture.submit(request(32, Some(2)));
+    let good = finished(&picture);
+
+    let mut r = request(32, Some(2));
+    let mut scene = (*r.scene).clone();
+    for shape in &mut scene.shapes {
+        if let Geometry::Sphere { radius, .. } = &mut shape.geometry {
+            *radius = f32::NAN;
+        }
+    }
+    r.scene = Arc::new(scene);
+    picture.submit(r);
+    wait("the failure", || picture.status().state == State::Failed);
+    let message = picture.status().error.unwrap();
+    assert!(message.contains("radius NaN") && message.contains("expected"), "{message}");
+    assert!(Arc::ptr_eq(&good, &picture.latest().unwrap()));
+
+    picture.submit(request(32, Some(3)));
+    wait("recovery", || picture.latest().is_some_and(|f| f.spp() == 3));
+    assert_eq!(picture.status().error, None);
+}
+
+#[test]
+fn news_wakes_the_window() {
+    let wakes = Arc::new(AtomicU64::new(0));
+    let count = wakes.clone();
+    let renderer = Renderer::new(1, move || {
+        count.fetch_add(1, Ordering::Relaxed);
+    });
+    let picture = renderer.add_picture();
+    picture.submit(request(32, Some(2)));
+    finished(&picture);
+    wait("a wake-up", || wakes.load(Ordering::Relaxed) > 0);
+    let settled = {
+        std::thread::sleep(Duration::from_millis(20));
+        wakes.load(Ordering::Relaxed)
+    };
+    std::thread::sleep(Duration::from_millis(50));
+    assert_eq!(settled, wakes.load(Ordering::Relaxed), "a finished picture is silent");
+}
+
+#[test]
+fn handles_may_be_dropped_at_any_moment() {
+    for i in 0..20 {
+        let renderer = Renderer::new(2, || {});
+        let picture = renderer.add_picture();
+        picture.submit(request(128, None));
+        std::thread::sleep(Duration::from_micros(300 * i));
+        if i % 2 == 0 {
+            drop(picture);
+            drop(renderer);
+        } else {
+            drop(renderer);
+            drop(picture);
+        }
+    }
+}
+
+#[test]
+fn an_endless_render_needs_a_window() {
+    let error = render(&request(8, None), 1, &mut |_| true).unwrap_err();
+    assert!(error.to_string().contains("expected a number"), "{error}");
+}
