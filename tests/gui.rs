@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use mislab::command::{Command, SppTarget};
 use mislab::document::Document;
 use mislab::prefs::{Prefs, SavePrefs};
@@ -39,6 +39,7 @@ impl Lab {
         let harness = Harness::builder()
             .with_size(size)
             .with_max_steps(64)
+            .with_step_dt(1.0 / 60.0)
             .build_eframe(move |cc| MisLabApp::new(cc, options));
         let mut lab = Self { harness, folder };
         lab.settle();
@@ -107,16 +108,19 @@ impl Lab {
     #[track_caller]
     fn double_click(&mut self, role: Role, label: &str) {
         let at = self.harness.get_by_role_and_label(role, label).rect().center();
+        // Long after the last click, lest it count as the third.
+        self.harness.run_steps(60);
+        self.harness.event(egui::Event::PointerMoved(at));
+        self.harness.step();
         for pressed in [true, false, true, false] {
-            self.harness.event(egui::Event::PointerMoved(at));
             self.harness.event(egui::Event::PointerButton {
                 pos: at,
                 button: egui::PointerButton::Primary,
                 pressed,
                 modifiers: Modifiers::NONE,
             });
+            self.harness.step();
         }
-        self.harness.step();
         self.harness.remove_cursor();
         self.harness.step();
     }
@@ -494,8 +498,8 @@ impl egui::DroppedFile for Dropped {
         &self.0
     }
 
-    fn bytes(&self) -> std::io::Result<Vec<u8>> {
-        std::fs::read(&self.0)
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
     }
 }
 
