@@ -31,10 +31,8 @@ impl Lab {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let scene = folder.path().join("small.pbrt");
         std::fs::write(&scene, small_scene()).expect("the scene can be written");
-        let prefs = Prefs {
-            save: SavePrefs { folder: folder.path().to_owned(), ..SavePrefs::default() },
-            ..Prefs::default()
-        };
+        let prefs =
+            Prefs { save: SavePrefs { folder: folder.path().to_owned(), ..SavePrefs::default() }, ..Prefs::default() };
         let options = AppOptions { scene: Some(scene), threads: 1, prefs: Some(prefs) };
         let harness = Harness::builder()
             .with_size(size)
@@ -400,7 +398,8 @@ fn an_old_picture_is_never_passed_off_as_the_new_one() {
         for _ in 0..4 {
             lab.harness.step();
             let shown = lab.app().engine().frame().expect("there is a picture").request().settings.strategy;
-            let name = ["Light", "BSDF", "MIS, both", "MIS, one"][Strategy::ALL.iter().position(|s| *s == shown).unwrap()];
+            let name =
+                ["Light", "BSDF", "MIS, both", "MIS, one"][Strategy::ALL.iter().position(|s| *s == shown).unwrap()];
             assert!(lab.has(&format!("Caption: {name}")), "the caption is about the picture on screen");
             assert_eq!(lab.app().engine().is_behind(), lab.has("previous settings"), "an old picture says so");
         }
@@ -534,6 +533,58 @@ fn the_picture_is_large_even_in_a_small_window() {
     let lab = Lab::with_size([1280.0, 720.0]);
     let rect = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
     assert!(rect.width() >= 600.0 && rect.height() >= 600.0, "{rect:?}");
+}
+
+#[test]
+fn the_mouse_on_the_picture() {
+    let mut lab = Lab::new();
+    let picture = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
+    let side = picture.width().min(picture.height());
+    let on_screen = |u: f32, v: f32| picture.center() + egui::vec2((u - 0.5) * side, (v - 0.5) * side);
+    lab.harness.hover_at(on_screen(0.5, 0.5));
+    lab.harness.run_steps(2);
+    assert!(lab.has("Pixel: x 30   y 30"), "the value under the cursor");
+
+    // The large light is on the left; its rim can be dragged.
+    let scene = lab.document().scene.clone();
+    let large = scene
+        .light_shapes()
+        .max_by(|a, b| Document::radius(&scene, *a).partial_cmp(&Document::radius(&scene, *b)).expect("numbers"))
+        .expect("the scene has lights");
+    let projector = mislab::picking::Projector::new(&scene, [60, 60]);
+    let [min, max] = projector.bounds(&scene, mislab::picking::Target::Light(large)).expect("in front of the camera");
+    let rim = on_screen(max[0] / 60.0, 0.5 * (min[1] + max[1]) / 60.0);
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    lab.harness.hover_at(rim);
+    lab.harness.run_steps(2);
+    lab.harness.event(button(rim, true));
+    lab.harness.step();
+    for i in 1..=6 {
+        lab.harness.hover_at(rim - egui::vec2(4.0 * i as f32, 0.0));
+        lab.harness.step();
+    }
+    lab.harness.event(button(rim - egui::vec2(24.0, 0.0), false));
+    lab.harness.run_steps(2);
+    let radius = |lab: &Lab| Document::radius(&lab.document().scene, large).expect("a sphere");
+    let original = Document::radius(&scene, large).expect("a sphere");
+    assert!(radius(&lab) < 0.9 * original, "{} from {original}", radius(&lab));
+    assert_eq!(lab.document().view.placement, mislab::view_state::Placement::Fit, "the picture has not moved");
+    lab.key(Modifiers::COMMAND, Key::Z);
+    assert_eq!(radius(&lab), original);
+}
+
+#[test]
+fn at_a_large_interface_scale_the_picture_stays() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.apply(Command::ZoomInterface(Some(2.0)));
+    lab.harness.run_steps(3);
+    let rect = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
+    assert!(rect.width() > 300.0 && rect.height() > 150.0, "{rect:?}");
 }
 
 #[test]

@@ -1,11 +1,12 @@
 //! The window: its state, what every command does to it, and how it is kept.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui::{self, Context, ViewportCommand};
-use eframe::egui_wgpu::RenderState;
+use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup};
 use mislab_renderer::Pace;
 
 use crate::command::Command;
@@ -66,6 +67,7 @@ pub struct MisLabApp {
     pub(crate) pixel: Option<[u32; 2]>,
     pub(crate) hovered_in_panel: Option<Target>,
     pub(crate) hovered_in_picture: Option<Target>,
+    pub(crate) dragged_light: Option<usize>,
     pub(crate) swatches: Swatches,
     pub(crate) files: Files,
     pub(crate) prefs: Prefs,
@@ -126,6 +128,7 @@ impl MisLabApp {
             pixel: None,
             hovered_in_panel: None,
             hovered_in_picture: None,
+            dragged_light: None,
             swatches: Swatches::default(),
             files: Files::new(ctx),
             prefs,
@@ -140,7 +143,7 @@ impl MisLabApp {
             gpu_trouble,
             title: String::new(),
         };
-        theme::install(ctx, app.scale());
+        app.install_look(ctx);
         app
     }
 
@@ -162,6 +165,10 @@ impl MisLabApp {
     /// What is kept between runs: for tests.
     pub fn prefs(&self) -> &Prefs {
         &self.prefs
+    }
+
+    fn install_look(&self, ctx: &Context) {
+        theme::install(ctx, self.scale(), self.prefs.reduce_motion);
     }
 
     /// The size of type: larger in the projector view.
@@ -236,7 +243,11 @@ impl MisLabApp {
             }
             Command::TogglePanels => {
                 self.prefs.panels = !self.prefs.panels;
-                theme::install(ctx, self.scale());
+                self.install_look(ctx);
+            }
+            Command::ToggleMotion => {
+                self.prefs.reduce_motion = !self.prefs.reduce_motion;
+                self.install_look(ctx);
             }
             Command::ToggleInspector => self.prefs.inspector = !self.prefs.inspector,
             Command::ToggleFullScreen => {
@@ -312,13 +323,18 @@ impl MisLabApp {
             FileEvent::OpenFailed { path, message } => self.open_error = Some(OpenError { path, message }),
             FileEvent::Saved { path, notice } => {
                 let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into());
-                self.say(&format!("Saved {name}"));
+                if !(self.prefs.panels && self.prefs.inspector) {
+                    self.say(&format!("Saved {name}"));
+                }
                 let notice = notice.map_or(String::new(), |n| format!(" ({n})"));
                 self.save_result = Some(Ok(format!("Saved {name}{notice}")));
             }
-            FileEvent::TextSaved(path) => self.say(&format!("Saved {}", path.display())),
+            FileEvent::TableSaved(what) => self.say(&what),
+            FileEvent::TableNotSaved(message) => self.notices.push(Notice::failed(format!("Not saved: {message}"))),
             FileEvent::SaveFailed(message) => {
-                self.notices.push(Notice::failed(format!("Not saved: {message}")));
+                if !(self.prefs.panels && self.prefs.inspector) {
+                    self.notices.push(Notice::failed(format!("Not saved: {message}")));
+                }
                 self.save_result = Some(Err(message));
             }
         }
@@ -411,6 +427,19 @@ fn watch_gpu(state: &RenderState, trouble: &GpuTrouble, ctx: &Context) {
     }));
 }
 
+/// The toolkit asks for textures of 8192 pixels, whatever the device can do: less is refused where
+/// the device has less, and a window larger than that is a panic.
+fn allow_large_windows(options: &mut WgpuConfiguration) {
+    if let WgpuSetup::CreateNew(setup) = &mut options.wgpu_setup {
+        let usual = setup.device_descriptor.clone();
+        setup.device_descriptor = Arc::new(move |adapter| {
+            let mut descriptor = usual(adapter);
+            descriptor.required_limits.max_texture_dimension_2d = adapter.limits().max_texture_dimension_2d;
+            descriptor
+        });
+    }
+}
+
 /// Opens the window and stays until it is closed.
 ///
 /// # Errors
@@ -422,9 +451,15 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
         .with_inner_size([1440.0, 900.0])
         .with_min_inner_size([960.0, 600.0])
         .with_drag_and_drop(true);
-    let native = eframe::NativeOptions { viewport, ..Default::default() };
+    let mut native = eframe::NativeOptions { viewport, ..Default::default() };
+    allow_large_windows(&mut native.wgpu_options);
     let options = AppOptions { scene, ..AppOptions::default() };
-    let create: eframe::AppCreator<'_> = Box::new(|cc| Ok(Box::new(MisLabApp::new(cc, options))));
+    let created = Arc::new(AtomicBool::new(false));
+    let there = created.clone();
+    let create: eframe::AppCreator<'_> = Box::new(move |cc| {
+        there.store(true, Ordering::Relaxed);
+        Ok(Box::new(MisLabApp::new(cc, options)))
+    });
     // A missing keyboard library panics inside the window library, instead of being an error.
     let result = catch_unwind(AssertUnwindSafe(|| eframe::run_native("mislab", native, create)));
     let reason = match result {
@@ -433,6 +468,8 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
         Ok(Err(eframe::Error::Winit(error))) => format!("the window could not be opened ({error})"),
         Ok(Err(eframe::Error::Wgpu(error))) => format!("no graphics to draw with ({error})"),
         Ok(Err(error)) => format!("the window could not be opened ({error})"),
+        // A fault of ours, not a missing display.
+        Err(panic) if created.load(Ordering::Relaxed) => resume_unwind(panic),
         Err(panic) => {
             let text = panic.downcast_ref::<String>().cloned();
             let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));

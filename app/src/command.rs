@@ -121,6 +121,8 @@ pub enum Command {
     TogglePanels,
     /// Shows or hides the panel on the right.
     ToggleInspector,
+    /// No fades, or fades again.
+    ToggleMotion,
     /// Full screen and back.
     ToggleFullScreen,
     /// Light, dark or as the system.

@@ -43,8 +43,10 @@ pub enum FileEvent {
     },
     /// A snapshot could not be written.
     SaveFailed(String),
-    /// A text (the table) was written.
-    TextSaved(PathBuf),
+    /// Something of the table was written.
+    TableSaved(String),
+    /// Something of the table could not be written.
+    TableNotSaved(String),
 }
 
 /// A dialog that is gone within this time was never there: a missing portal answers like "cancelled".
@@ -135,8 +137,22 @@ impl Files {
         self.start("save text", move || {
             let path = next_free(&folder, &stem, &[extension]);
             Some(match write_atomically(&path, text.as_bytes()) {
-                Ok(()) => FileEvent::TextSaved(path),
-                Err(error) => FileEvent::SaveFailed(error.to_string()),
+                Ok(()) => FileEvent::TableSaved(format!("Saved {}", path.display())),
+                Err(error) => FileEvent::TableNotSaved(error.to_string()),
+            })
+        });
+    }
+
+    /// Writes the tutorial's pictures under the tutorial's names, over older ones.
+    pub fn save_tutorial(&self, folder: PathBuf, pictures: Vec<(&'static str, Arc<Frame>)>) {
+        self.start("save tutorial", move || {
+            let saved = pictures.iter().try_for_each(|(name, frame)| {
+                snapshot::save(frame, &folder.join(name), &SaveOptions::default()).map(drop)
+            });
+            let names: Vec<&str> = pictures.iter().map(|(name, _)| *name).collect();
+            Some(match saved {
+                Ok(()) => FileEvent::TableSaved(format!("Saved {} in {}", names.join(", "), folder.display())),
+                Err(error) => FileEvent::TableNotSaved(error.to_string()),
             })
         });
     }

@@ -117,6 +117,7 @@ pub fn actions() -> Vec<Action> {
     }
     add("Window", "Interface at 100 %".into(), Command::ZoomInterface(None));
     add("Window", "Right panel".into(), Command::ToggleInspector);
+    add("Window", "Reduce motion".into(), Command::ToggleMotion);
     all
 }
 

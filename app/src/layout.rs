@@ -1,12 +1,13 @@
 //! Where everything is: strategy bar, columns, picture, caption, status.
 
 use eframe::egui::{
-    self, Align, Align2, CentralPanel, Color32, Frame, Id, Layout, Margin, Panel, ScrollArea, Stroke, Ui, vec2,
+    self, Align, Align2, CentralPanel, Color32, Frame, Id, Layout, Margin, Panel, ScrollArea, Sense, Stroke, Ui, vec2,
 };
 use mislab_renderer::State;
 
 use crate::app::MisLabApp;
 use crate::command::Command;
+use crate::document::Document;
 use crate::panel::{
     caption, display, formula, help, menu, messages, open, palette, sampling, save, scene, status, strategy, table,
 };
@@ -20,8 +21,11 @@ pub fn window_ui(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     strategy_bar(app, ui, out);
     if !hall {
         status_bar(app, ui, out);
-        left_column(app, ui, out);
-        if app.prefs.inspector {
+        // At a large interface scale the picture is worth more than the panels.
+        if ui.available_width() > 620.0 {
+            left_column(app, ui, out);
+        }
+        if app.prefs.inspector && ui.available_width() > 640.0 {
             right_column(app, ui, out);
         }
     } else if ui.available_width() > 1.6 * ui.available_height() {
@@ -107,7 +111,7 @@ fn caption_strip(app: &MisLabApp, ui: &mut Ui) {
     Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             let frame = app.engine.frame().map(AsRef::as_ref);
-            caption::caption_ui(ui, frame, &app.document.view, app.pixel, app.engine.is_behind(), scale);
+            caption::caption_ui(ui, frame, app.engine.is_behind(), scale);
         });
     });
 }
@@ -125,9 +129,13 @@ fn picture(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     app.geometry = shown.geometry;
     app.pixel = shown.hovered_pixel;
     let rect = shown.response.rect;
-    if frame.is_some() {
-        legend_overlay(ui, rect, &app.document.view, dark);
+    if let Some(frame) = &frame {
         hovered_things(app, ui, rect);
+        light_rim(app, ui, rect, out);
+        legend_overlay(ui, rect, &app.document.view, dark);
+        if let Some(pixel) = app.pixel {
+            caption::pixel_overlay(ui, rect, frame, &app.document.view, pixel);
+        }
     } else {
         let text = "Rendering the first picture \u{2026}";
         let font = egui::TextStyle::Heading.resolve(ui.style());
@@ -159,6 +167,50 @@ fn hovered_things(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect) {
             painter.line_segment(line, Stroke::new(4.0, Color32::from_black_alpha(150)));
             painter.line_segment(line, Stroke::new(1.5, Color32::WHITE));
         }
+    }
+}
+
+/// Within this distance, in points, the rim of a light is under the mouse.
+const RIM: f32 = 7.0;
+
+/// Drags the rim of a light: its radius follows the mouse. A double click goes back to the file's.
+fn light_rim(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, out: &mut Vec<Command>) {
+    let (Some(geometry), Some(pointer)) = (app.geometry, ui.input(|i| i.pointer.latest_pos())) else { return };
+    let scene = &app.document.scene;
+    let id = ui.scope_id().with("light rim");
+    let dragged = app.dragged_light.filter(|_| ui.ctx().is_being_dragged(id));
+    let projector = Projector::new(scene, app.document.settings.resolution);
+    // The middle of a light's outline on screen, and its radius there.
+    let outline = |shape: usize| {
+        let [min, max] = projector.bounds(scene, Target::Light(shape))?;
+        let (min, max) = (geometry.to_screen(min), geometry.to_screen(max));
+        Document::radius(scene, shape)?;
+        Some((min + 0.5 * (max - min), 0.25 * (max.x - min.x + max.y - min.y)))
+    };
+    let near =
+        |shape: &usize| outline(*shape).is_some_and(|(middle, radius)| (middle.distance(pointer) - radius).abs() < RIM);
+    let Some(shape) = dragged.or_else(|| scene.light_shapes().find(near)) else { return };
+    if dragged.is_none() && !rect.contains(pointer) {
+        return;
+    }
+    app.dragged_light = Some(shape);
+    let handle = egui::Rect::from_center_size(pointer, egui::Vec2::splat(2.0 * RIM)).intersect(rect);
+    let response = ui.interact(handle, id, Sense::click_and_drag());
+    let response = response.on_hover_and_drag_cursor(egui::CursorIcon::ResizeHorizontal);
+    let original = Document::radius(&app.document.opened.scene, shape);
+    if response.double_clicked()
+        && let Some(original) = original
+    {
+        out.push(Command::SetLightRadius(shape, original));
+    } else if response.dragged()
+        && response.drag_delta() != egui::Vec2::ZERO
+        && let (Some((middle, on_screen)), Some(radius)) = (outline(shape), Document::radius(scene, shape))
+        && on_screen > 0.0
+    {
+        // The outline grows in proportion to the radius as long as a light is small against its distance.
+        let wanted = radius * middle.distance(pointer) / on_screen;
+        let original = original.unwrap_or(radius);
+        out.push(Command::SetLightRadius(shape, wanted.clamp(0.1 * original, 10.0 * original)));
     }
 }
 

@@ -37,6 +37,8 @@ pub struct Prefs {
     pub panels: bool,
     /// The right panel is shown.
     pub inspector: bool,
+    /// No fades: what changes, changes at once.
+    pub reduce_motion: bool,
     /// Snapshots.
     pub save: SavePrefs,
     /// Files opened, the last one first.
@@ -50,6 +52,7 @@ impl Default for Prefs {
             zoom: 1.0,
             panels: true,
             inspector: true,
+            reduce_motion: false,
             save: SavePrefs::default(),
             recent: Vec::new(),
         }

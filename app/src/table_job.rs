@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use eframe::egui;
 use mislab_renderer::Scene;
-use mislab_renderer::table::{Table, TableOptions, run_table};
+use mislab_renderer::table::{TableOptions, TableResult, run_table};
 
 /// How far a job is.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +21,7 @@ pub struct Progress {
 }
 
 /// What came of it: the table, nothing if it was stopped, or why not.
-type Outcome = Result<Option<Table>, String>;
+type Outcome = Result<Option<TableResult>, String>;
 
 /// A running job. Dropping it stops it.
 pub struct TableJob {
@@ -44,7 +44,7 @@ impl TableJob {
                 !stopped.load(Ordering::Relaxed)
             });
             ctx.request_repaint();
-            result.map(|done| done.map(|result| result.table)).map_err(|error| error.to_string())
+            result.map_err(|error| error.to_string())
         })?;
         Ok(Self { stop, progress, thread: Some(thread) })
     }

@@ -103,10 +103,17 @@ pub fn strategy_fill(strategy: Strategy) -> (Color32, Color32) {
     }
 }
 
-/// Installs fonts and both styles. Call again when the scale changes.
-pub fn install(ctx: &egui::Context, scale: TypeScale) {
-    ctx.style_mut_of(Theme::Dark, |style| *style = style_for(Theme::Dark, scale));
-    ctx.style_mut_of(Theme::Light, |style| *style = style_for(Theme::Light, scale));
+/// Installs both styles. Call again when the scale changes.
+pub fn install(ctx: &egui::Context, scale: TypeScale, reduce_motion: bool) {
+    for theme in [Theme::Dark, Theme::Light] {
+        ctx.style_mut_of(theme, |style| {
+            *style = style_for(theme, scale);
+            if reduce_motion {
+                style.animation_time = 0.0;
+                style.scroll_animation = egui::style::ScrollAnimation::none();
+            }
+        });
+    }
 }
 
 /// One family for words and numbers. Roboto's figures are all of one width, so counters stand still.

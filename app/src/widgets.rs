@@ -15,14 +15,8 @@ pub fn number(ui: &mut Ui, text: &str, template: &str, color: Option<Color32>) -
     cell(ui, text, template, font, color, Align2::RIGHT_CENTER)
 }
 
-/// The same for captions, left-aligned.
-pub fn caption_cell(ui: &mut Ui, text: &str, template: &str) -> Response {
-    let font = TextStyle::Small.resolve(ui.style());
-    let color = ui.visuals().weak_text_color();
-    cell(ui, text, template, font, Some(color), Align2::LEFT_CENTER)
-}
-
-fn cell(ui: &mut Ui, text: &str, template: &str, font: FontId, color: Option<Color32>, align: Align2) -> Response {
+/// Text in a cell at least as wide as `template`.
+pub fn cell(ui: &mut Ui, text: &str, template: &str, font: FontId, color: Option<Color32>, align: Align2) -> Response {
     let measure = |s: &str| ui.painter().layout_no_wrap(s.to_owned(), font.clone(), Color32::WHITE).size();
     let size = measure(template).max(measure(text));
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
@@ -163,7 +157,7 @@ impl ParamSlider<'_> {
             }
             let font = TextStyle::Body.resolve(ui.style());
             let measure = |s: &str| ui.painter().layout_no_wrap(s.to_owned(), font.clone(), Color32::WHITE).size().x;
-            let field = measure(template) + if unit.is_empty() { 0.0 } else { measure(unit) + 4.0 } + 4.0 * GRID;
+            let field = measure(&format!("{template}{unit}")) + 4.0 * GRID;
             let rail = (ui.available_width() - field - ui.spacing().item_spacing.x).max(40.0);
             ui.spacing_mut().slider_width = rail;
             if let Some(accent) = accent {

@@ -1,22 +1,15 @@
-//! The caption under the picture: what made it, and the value under the cursor.
+//! The caption under the picture: what made it. And the value under the cursor, on the picture.
 
-use eframe::egui::{self, RichText, TextStyle, Ui};
+use eframe::egui::{self, Align2, Color32, Rect, RichText, Role, Sense, TextStyle, Ui, vec2};
 use mislab_renderer::{Channel, Frame, Layer, Strategy};
 
 use super::{heuristic_name, strategy_name};
 use crate::theme::{GRID, Inks, TypeScale};
 use crate::view_state::{ViewState, is_colour};
-use crate::widgets::{seconds, si};
+use crate::widgets::{cell, seconds, si};
 
 /// Says of the frame on screen, not of the settings, how it came about: true at every moment.
-pub fn caption_ui(
-    ui: &mut Ui,
-    frame: Option<&Frame>,
-    view: &ViewState,
-    pixel: Option<[u32; 2]>,
-    updating: bool,
-    scale: TypeScale,
-) {
+pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: TypeScale) {
     let Some(frame) = frame else {
         ui.label("Rendering the first picture \u{2026}");
         return;
@@ -25,44 +18,60 @@ pub fn caption_ui(
     let settings = &frame.request().settings;
     let stats = frame.stats();
     let strategy = settings.strategy;
-    ui.spacing_mut().item_spacing.x = 3.0 * GRID;
-    ui.label(RichText::new(strategy_name(strategy)).family(crate::theme::medium()).color(inks.strategy(strategy)));
-    let mut parts = Vec::new();
-    match strategy {
-        Strategy::Light | Strategy::Bsdf => {}
-        Strategy::MisAll => parts.push(heuristic_name(settings.heuristic).to_lowercase()),
-        Strategy::Mis => {
-            parts.push(heuristic_name(settings.heuristic).to_lowercase());
-            parts.push(format!("c {:.2}", settings.light_prob));
-        }
+    ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+
+    let mut how = String::new();
+    if matches!(strategy, Strategy::MisAll | Strategy::Mis) {
+        how = heuristic_name(settings.heuristic).to_lowercase();
     }
-    parts.push(format!("{} spp", frame.spp()));
-    parts.push(format!("{} rays", si(stats.paths as f64)));
-    parts.push(seconds(stats.render_seconds));
-    let text = ui.label(parts.join("  \u{b7}  "));
-    text.widget_info(|| {
-        let text = format!("Caption: {}, {}", strategy_name(strategy), parts.join(", "));
-        egui::WidgetInfo::labeled(egui::Role::Label, true, text)
+    if strategy == Strategy::Mis {
+        how = format!("{how}, c {:.2}", settings.light_prob);
+    }
+    let spp = format!("{} spp", frame.spp());
+    let rays = format!("{} rays", si(stats.paths as f64));
+    let time = seconds(stats.render_seconds);
+
+    let name = RichText::new(strategy_name(strategy)).family(crate::theme::medium()).color(inks.strategy(strategy));
+    let response = ui.label(name);
+    response.widget_info(|| {
+        let parts = [strategy_name(strategy), &how, &spp, &rays, &time];
+        let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        egui::WidgetInfo::labeled(Role::Label, true, format!("Caption: {}", parts.join(", ")))
     });
+    if !how.is_empty() {
+        ui.label(how);
+    }
+    let font = TextStyle::Body.resolve(ui.style());
+    let digits = settings.spp.map_or(frame.spp(), |target| target.get()).to_string().len();
+    let templates = [format!("{} spp", "8".repeat(digits)), "88.8 M rays".into(), "88.8 s".into()];
+    for (text, template) in [spp, rays, time].iter().zip(templates) {
+        cell(ui, text, &template, font.clone(), None, Align2::LEFT_CENTER);
+    }
     if updating {
         ui.label(RichText::new("previous settings \u{2026}").italics());
+    } else if scale == TypeScale::Desk && ui.available_width() > 220.0 {
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.weak("drop a .pbrt or .exr here"));
     }
-    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-        let style = if scale == TypeScale::Hall { TextStyle::Small } else { TextStyle::Body };
-        match pixel {
-            Some(at) => {
-                let response = ui.label(RichText::new(pixel_text(frame, view, at)).text_style(style));
-                response.widget_info(|| {
-                    let text = format!("Pixel: {}", pixel_text(frame, view, at));
-                    egui::WidgetInfo::labeled(egui::Role::Label, true, text)
-                });
-            }
-            None if ui.available_width() > 260.0 && scale == TypeScale::Desk => {
-                ui.weak("drop a .pbrt or .exr here");
-            }
-            None => {}
-        }
-    });
+}
+
+/// Place and values of the pixel under the cursor, on a plate in the lower right corner of the viewport.
+pub fn pixel_overlay(ui: &Ui, viewport: Rect, frame: &Frame, view: &ViewState, [x, y]: [u32; 2]) {
+    let text = pixel_text(frame, view, [x, y]);
+    let font = TextStyle::Body.resolve(ui.style());
+    let galley = ui.painter().layout_no_wrap(text.clone(), font.clone(), ui.visuals().text_color());
+    // As wide as usual values are, so that the plate stands still under a moving cursor.
+    let usual = if is_colour(view.layer) { "R 0.0000   G 0.0000   B 0.0000" } else { "x 0000   y 0000" };
+    let usual = ui.painter().layout_no_wrap(usual.into(), font, Color32::WHITE).size();
+    let size = galley.size().max(usual) + vec2(4.0 * GRID, 3.0 * GRID);
+    let margin = vec2(2.0 * GRID, 2.0 * GRID);
+    // The legend has the lower left corner; in a narrow viewport the two would meet.
+    let corner = if viewport.width() > 600.0 { Align2::RIGHT_BOTTOM } else { Align2::RIGHT_TOP };
+    let plate = corner.align_size_within_rect(size, viewport.shrink2(margin));
+    let painter = ui.painter_at(viewport);
+    painter.rect_filled(plate, 4.0, ui.visuals().panel_fill.gamma_multiply(0.92));
+    painter.galley(plate.min + vec2(2.0 * GRID, 1.5 * GRID), galley, ui.visuals().text_color());
+    let response = ui.interact(plate, ui.scope_id().with("pixel"), Sense::empty());
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, format!("Pixel: {text}")));
 }
 
 /// Position and values of a pixel in the layer on screen.
@@ -71,7 +80,7 @@ pub fn pixel_text(frame: &Frame, view: &ViewState, [x, y]: [u32; 2]) -> String {
     let values: Vec<String> = values.map(value_text).collect();
     let names: &[&str] = if is_colour(view.layer) { &["R", "G", "B"] } else { &[quantity(view.layer)] };
     let values: Vec<String> = names.iter().zip(&values).map(|(name, value)| format!("{name} {value}")).collect();
-    format!("x {x}  y {y}    {}", values.join("   "))
+    format!("x {x}   y {y}\n{}", values.join("   "))
 }
 
 /// All channels of a pixel, for the clipboard.

@@ -74,7 +74,13 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
                     frac(text("f"), row([number(c), light.p()])),
                     note(&format!("with probability {c:.2}")),
                 ]),
-                row([estimate(), bsdf.w(), Math::Gap(0.1), frac(text("f"), row([number(1.0 - c), bsdf.p()])), note("otherwise")]),
+                row([
+                    estimate(),
+                    bsdf.w(),
+                    Math::Gap(0.1),
+                    frac(text("f"), row([number(1.0 - c), bsdf.p()])),
+                    note("otherwise"),
+                ]),
                 row([light.w(), text("  =  "), weight(settings.heuristic, &light, &bsdf, veach.then_some(c))]),
             ]
         }

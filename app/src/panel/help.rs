@@ -20,7 +20,7 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
                 ui.vertical(|ui| {
                     for group in groups {
                         title(ui, group);
-                        Grid::new(*group).num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
+                        Grid::new(*group).num_columns(2).min_col_width(88.0).spacing([16.0, 4.0]).show(ui, |ui| {
                             ui.spacing_mut().interact_size.y = 0.0;
                             for action in bindings.iter().filter(|a| a.group == *group) {
                                 ui.label(RichText::new(action.keys).family(medium()));

@@ -41,6 +41,8 @@ pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, can_undo: bool, can_redo: bool, out: 
         entry(ui, name, Command::TogglePanels, true, out);
         let name = if prefs.inspector { "Hide the right panel" } else { "Show the right panel" };
         entry(ui, name, Command::ToggleInspector, true, out);
+        let name = if prefs.reduce_motion { "Motion as usual" } else { "Reduce motion" };
+        entry(ui, name, Command::ToggleMotion, true, out);
         entry(ui, "Full screen", Command::ToggleFullScreen, true, out);
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = GRID;

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{
-    self, Align2, Area, CornerRadius, Id, Order, Rect, RichText, ScrollArea, Stroke, Ui, vec2,
-};
+use eframe::egui::{self, Align2, Area, CornerRadius, Id, Order, Rect, RichText, ScrollArea, Stroke, Ui, vec2};
 use mislab_renderer::Diagnostic;
 
 use crate::theme::{GRID, Inks};
@@ -96,11 +94,8 @@ pub fn notices_ui(ctx: &egui::Context, notices: &mut Vec<Notice>, rect: Rect) {
     let area = Area::new(Id::unique("notices")).order(Order::Foreground).interactable(false);
     area.pivot(Align2::RIGHT_BOTTOM).fixed_pos(rect.right_bottom() - vec2(3.0 * GRID, 3.0 * GRID)).show(ctx, |ui| {
         for notice in notices.iter() {
-            let stroke = if notice.wrong {
-                Stroke::new(1.5, Inks::of(ui.visuals()).wrong)
-            } else {
-                ui.visuals().window_stroke
-            };
+            let stroke =
+                if notice.wrong { Stroke::new(1.5, Inks::of(ui.visuals()).wrong) } else { ui.visuals().window_stroke };
             egui::Frame::popup(ui.style()).stroke(stroke).show(ui, |ui| {
                 ui.set_max_width(420.0);
                 ui.label(&notice.text);

@@ -1,7 +1,7 @@
 //! The scene's handles: roughness of every plate, size and switch of every light.
 
-use mislab_renderer::Strategy;
 use eframe::egui::{self, Color32, CornerRadius, Rect, Sense, Stroke, TextStyle, Ui, vec2};
+use mislab_renderer::Strategy;
 
 use crate::command::Command;
 use crate::document::Document;

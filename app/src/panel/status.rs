@@ -45,8 +45,15 @@ pub fn status_ui(
         if ui.button("Save EXR").on_hover_text("Ctrl+S").clicked() {
             out.push(Command::Save);
         }
-        ui.label(format!("{} \u{d7} {threads}", simd_level_name())).on_hover_text("Vector unit and worker threads");
-        ui.separator();
+        // In a narrow window the less important goes first.
+        if ui.available_width() > 330.0 {
+            let text = format!("{} \u{d7} {threads}", simd_level_name());
+            ui.label(text).on_hover_text("Vector unit and worker threads");
+            ui.separator();
+        }
+        if ui.available_width() < 190.0 {
+            return;
+        }
         if is_colour(view.layer) {
             ui.label(view.tone_map.name());
             number(ui, &format!("EV {:+.1}", view.exposure_ev), "EV +88.8", None);

@@ -16,13 +16,18 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
         }
     }
     ui.add_space(2.0 * GRID);
+    // The menu needs its place at the right end.
+    let room = ui.available_width() - 110.0;
+    if room < 140.0 {
+        return;
+    }
     let matters = settings.strategy == Strategy::Mis;
     let width: f32 = match scale {
         TypeScale::Desk => 300.0,
         TypeScale::Hall => 460.0,
     };
     let inner = ui.allocate_ui_with_layout(
-        vec2(width.min(ui.available_width()), ui.spacing().interact_size.y),
+        vec2(width.min(room), ui.spacing().interact_size.y),
         egui::Layout::left_to_right(egui::Align::Center),
         |ui| {
             ui.add_enabled_ui(matters, |ui| {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{self, ComboBox, Grid, Id, ProgressBar, RichText, ScrollArea, Ui, Window};
-use mislab_renderer::table::{Cell, LightSize, LobeWidth, Table, TableOptions};
+use mislab_renderer::table::{Cell, LightSize, LobeWidth, Table, TableOptions, TableResult, TutorialRun};
 use mislab_renderer::{Scene, Strategy};
 
 use super::strategy_name;
@@ -21,7 +21,7 @@ pub struct TablePanel {
     /// Image size in pixels on each side; `None` as the tutorial has it.
     size: Option<u32>,
     job: Option<TableJob>,
-    result: Option<Result<Table, String>>,
+    result: Option<Result<TableResult, String>>,
 }
 
 impl TablePanel {
@@ -63,10 +63,10 @@ pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>,
         .show(ctx, |ui| {
             start_ui(ui, panel, scene);
             match &panel.result {
-                Some(Ok(table)) => {
+                Some(Ok(result)) => {
                     ui.add_space(2.0 * GRID);
-                    table_grid(ui, table);
-                    export_ui(ui, table, save, files);
+                    table_grid(ui, &result.table);
+                    export_ui(ui, result, save, files);
                 }
                 Some(Err(error)) => {
                     let wrong = Inks::of(ui.visuals()).wrong;
@@ -193,7 +193,8 @@ fn cell_ui(ui: &mut Ui, cell: &Cell) {
     ui.label(if cell.cross { text.family(medium()) } else { text.color(ui.visuals().weak_text_color()) });
 }
 
-fn export_ui(ui: &mut Ui, table: &Table, save: &SavePrefs, files: &Files) {
+fn export_ui(ui: &mut Ui, result: &TableResult, save: &SavePrefs, files: &Files) {
+    let table = &result.table;
     ui.add_space(GRID);
     ui.horizontal(|ui| {
         ui.label("Copy");
@@ -214,6 +215,10 @@ fn export_ui(ui: &mut Ui, table: &Table, save: &SavePrefs, files: &Files) {
             if ui.button(label).clicked() {
                 files.save_text(save.folder.clone(), "veach_table".into(), extension, text(table));
             }
+        }
+        if ui.button("the four EXRs").on_hover_text("Under the tutorial's names, over older ones.").clicked() {
+            let names = TutorialRun::ALL.iter().map(|run| run.file);
+            files.save_tutorial(save.folder.clone(), names.zip(result.frames.iter().cloned()).collect());
         }
     });
 }
