@@ -12,7 +12,7 @@ use crate::command::Command;
 use crate::document::{Document, History, Opened};
 use crate::engine::Engine;
 use crate::files::{FileEvent, Files, SaveJob, read, shipped};
-use crate::panel::messages::OpenError;
+use crate::panel::messages::{Notice, OpenError};
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
 use crate::panel::table::TablePanel;
@@ -76,7 +76,7 @@ pub struct MisLabApp {
     pub(crate) open_error: Option<OpenError>,
     pub(crate) save_result: Option<Result<String, String>>,
     pub(crate) gpu_error: Option<String>,
-    pub(crate) toasts: egui_notify::Toasts,
+    pub(crate) notices: Vec<Notice>,
     gpu_trouble: GpuTrouble,
     title: String,
 }
@@ -136,7 +136,7 @@ impl MisLabApp {
             open_error,
             save_result: None,
             gpu_error: None,
-            toasts: egui_notify::Toasts::default().with_anchor(egui_notify::Anchor::BottomRight),
+            notices: Vec::new(),
             gpu_trouble,
             title: String::new(),
         };
@@ -225,13 +225,13 @@ impl MisLabApp {
                 if let Some(frame) = self.engine.frame() {
                     let (w, h, rgba) = render_to_rgba8(frame, &self.document.view, ctx.theme() == egui::Theme::Dark);
                     ctx.copy_image(egui::ColorImage::from_rgba_unmultiplied([w as usize, h as usize], &rgba));
-                    self.toast("The picture is on the clipboard.");
+                    self.say("The picture is on the clipboard.");
                 }
             }
             Command::CopyValues => {
                 if let (Some(frame), Some(pixel)) = (self.engine.frame(), self.pixel) {
                     ctx.copy_text(crate::panel::caption::pixel_table(frame, pixel));
-                    self.toast("The values of the pixel are on the clipboard.");
+                    self.say("The values of the pixel are on the clipboard.");
                 }
             }
             Command::TogglePanels => {
@@ -263,8 +263,8 @@ impl MisLabApp {
         }
     }
 
-    fn toast(&mut self, text: &str) {
-        self.toasts.basic(text).duration(Some(std::time::Duration::from_secs(4)));
+    fn say(&mut self, text: &str) {
+        self.notices.push(Notice::done(text));
     }
 
     fn take_over(&mut self, opened: Opened) {
@@ -312,13 +312,13 @@ impl MisLabApp {
             FileEvent::OpenFailed { path, message } => self.open_error = Some(OpenError { path, message }),
             FileEvent::Saved { path, notice } => {
                 let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into());
-                self.toast(&format!("Saved {name}"));
+                self.say(&format!("Saved {name}"));
                 let notice = notice.map_or(String::new(), |n| format!(" ({n})"));
                 self.save_result = Some(Ok(format!("Saved {name}{notice}")));
             }
-            FileEvent::TextSaved(path) => self.toast(&format!("Saved {}", path.display())),
+            FileEvent::TextSaved(path) => self.say(&format!("Saved {}", path.display())),
             FileEvent::SaveFailed(message) => {
-                self.toasts.error(format!("Not saved: {message}")).duration(Some(std::time::Duration::from_secs(10)));
+                self.notices.push(Notice::failed(format!("Not saved: {message}")));
                 self.save_result = Some(Err(message));
             }
         }

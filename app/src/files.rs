@@ -12,6 +12,7 @@ use mislab_renderer::{Error, Frame, pbrt};
 
 use crate::command::Shipped;
 use crate::document::Opened;
+use crate::png_file;
 use crate::view_state::ViewState;
 use crate::viewport::render_to_rgba8;
 
@@ -199,21 +200,11 @@ impl SaveJob {
         if png {
             let (width, height, rgba) = render_to_rgba8(&frame, &view, dark);
             let path = path.with_extension("png");
-            let bytes = encode_png(width, height, &rgba).map_err(|e| Error::file(&path, e.to_string()))?;
+            let bytes = png_file::encode(width, height, &rgba).map_err(|e| Error::file(&path, e.to_string()))?;
             write_atomically(&path, &bytes)?;
         }
         Ok((path, saved.notice))
     }
-}
-
-fn encode_png(width: u32, height: u32, rgba: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    encoder.write_header()?.write_image_data(rgba)?;
-    Ok(bytes)
 }
 
 /// `stem.ext`, or `stem_2.ext`, `stem_3.ext` ...: the first name of which none of the extensions is taken.

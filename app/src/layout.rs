@@ -211,5 +211,6 @@ fn sheets(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     {
         app.palette = None;
     }
-    app.toasts.show(&ctx);
+    let corner = ctx.content_rect().with_max_y(ctx.content_rect().bottom() - 36.0);
+    messages::notices_ui(&ctx, &mut app.notices, corner);
 }

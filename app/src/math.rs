@@ -17,6 +17,8 @@ pub enum Math {
     Frac(Box<Math>, Box<Math>),
     /// A gap, in ems.
     Gap(f32),
+    /// The same in smaller type.
+    Small(Box<Math>),
 }
 
 /// Plain characters.
@@ -63,6 +65,7 @@ impl Math {
             Self::Sub(base, index) => format!("{}_{}", base.plain(), index.plain()),
             Self::Frac(n, d) => format!("({}) / ({})", n.plain().trim(), d.plain().trim()),
             Self::Gap(_) => " ".into(),
+            Self::Small(inner) => inner.plain(),
         }
     }
 
@@ -77,6 +80,7 @@ impl Math {
                 Laid { width, above: half, below: half, ink: vec![(vec2(0.0, -half), Ink::Text(galley, ink))] }
             }
             Self::Gap(ems) => Laid { width: ems * size, above: 0.0, below: 0.0, ink: vec![] },
+            Self::Small(inner) => inner.layout(painter, 0.8 * size, color),
             Self::Row(parts) => {
                 let mut whole = Laid { width: 0.0, above: 0.0, below: 0.0, ink: vec![] };
                 for part in parts {

@@ -36,7 +36,7 @@ impl TypeScale {
     /// Height of anything one can click, in points.
     pub fn row_height(self) -> f32 {
         match self {
-            Self::Desk => 28.0,
+            Self::Desk => 24.0,
             Self::Hall => 44.0,
         }
     }
@@ -135,15 +135,15 @@ fn style_for(theme: Theme, scale: TypeScale) -> Style {
     let mut style = Style { visuals: visuals_for(theme), text_styles, animation_time: 0.12, ..Style::default() };
     let spacing = &mut style.spacing;
     spacing.item_spacing = vec2(2.0 * GRID, GRID);
-    spacing.button_padding = vec2(2.5 * GRID, GRID);
+    spacing.button_padding = vec2(2.5 * GRID, 0.5 * GRID);
     spacing.interact_size = vec2(10.0 * GRID, scale.row_height());
     spacing.window_margin = Margin::same(12);
-    spacing.menu_margin = Margin::same(8);
+    spacing.menu_margin = Margin::same(12);
     spacing.slider_rail_height = GRID;
-    spacing.icon_width = 0.65 * scale.row_height();
-    spacing.icon_width_inner = 0.35 * scale.row_height();
+    spacing.icon_width = 0.75 * scale.row_height();
+    spacing.icon_width_inner = 0.4 * scale.row_height();
     spacing.icon_spacing = 2.0 * GRID;
-    spacing.combo_height = 480.0;
+    spacing.combo_height = 600.0;
     spacing.tooltip_width = 360.0;
     spacing.scroll = egui::style::ScrollStyle::thin();
     style.interaction.selectable_labels = false;

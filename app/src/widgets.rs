@@ -43,6 +43,15 @@ pub fn title(ui: &mut Ui, text: &str) -> Response {
     ui.label(RichText::new(text).family(medium()).strong())
 }
 
+/// Title of a section, with a remark at its right end.
+pub fn title_with_note(ui: &mut Ui, text: &str, note: &str) {
+    ui.add_space(GRID);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(text).family(medium()).strong());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| caption(ui, note));
+    });
+}
+
 /// A row of choices of which one is on, as wide as the column. Returns the one clicked.
 pub fn segmented<T: Copy + PartialEq>(
     ui: &mut Ui,
@@ -139,6 +148,7 @@ impl ParamSlider<'_> {
         let Self { name, label_width, value, default, range, scale, template, unit, accent, zero_text } = self;
         let mut new = value;
         let mut reset = false;
+        let mut edited = false;
         let mut hovered = false;
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 1.5 * GRID;
@@ -166,11 +176,14 @@ impl ParamSlider<'_> {
             };
             let response = slider.ui(ui);
             let response = response.accessible_name(name);
-            mark_default(ui, response.rect, fraction(default, &range, scale));
+            if value != default {
+                mark_default(ui, response.rect, fraction(default, &range, scale));
+            }
             reset |= response.contains_pointer()
                 && ui.input(|i| i.pointer.button_double_clicked(egui::PointerButton::Primary));
             hovered |= response.hovered() || response.dragged();
-            if response.dragged() || response.has_focus() {
+            edited |= response.changed();
+            if response.changed() {
                 new = round_significant(new, scale);
             }
 
@@ -197,6 +210,7 @@ impl ParamSlider<'_> {
                 .inner
                 .accessible_name(format!("{name} value"));
             hovered |= number.hovered() || number.dragged();
+            edited |= number.changed();
             if new != before_field && !new.is_finite() {
                 new = before_field;
             }
@@ -204,18 +218,20 @@ impl ParamSlider<'_> {
         if reset {
             new = default;
         }
-        SliderOutput { changed: (new != value).then_some(new), hovered }
+        // Controls round what they show; only a hand on them changes the value.
+        let changed = (edited || reset) && new as f32 != value as f32;
+        SliderOutput { changed: changed.then_some(new), hovered }
     }
 }
 
-/// A small notch under the rail where the default is.
+/// A small notch on the rail where the default is.
 fn mark_default(ui: &Ui, rect: Rect, fraction: f32) {
     // The handle is a circle of 1/2.5 of the height, and stays inside the rail at both ends.
     let radius = rect.height() / 2.5;
     let x = egui::lerp(rect.left() + radius..=rect.right() - radius, fraction);
     let y = rect.center().y;
-    let stroke = Stroke::new(1.5, ui.visuals().weak_text_color());
-    ui.painter().vline(x, y + radius + 1.0..=rect.bottom(), stroke);
+    let stroke = Stroke::new(2.0, ui.visuals().weak_text_color());
+    ui.painter().vline(x, y + 3.0..=y + radius, stroke);
 }
 
 fn fraction(value: f64, range: &RangeInclusive<f64>, scale: Scale) -> f32 {
@@ -256,15 +272,17 @@ fn format_value(value: f64, scale: Scale) -> String {
     }
 }
 
-/// A label of fixed width in front of a control, on one row.
-pub fn labelled<R>(ui: &mut Ui, label: &str, width: f32, add: impl FnOnce(&mut Ui) -> R) -> R {
+/// A label of fixed width in front of a control, on one row. True when the label is double-clicked: a reset.
+pub fn labelled(ui: &mut Ui, label: &str, width: f32, add: impl FnOnce(&mut Ui)) -> bool {
     ui.horizontal(|ui| {
         let height = ui.spacing().interact_size.y;
-        let (rect, _) = ui.allocate_exact_size(vec2(width, height), Sense::hover());
+        let (rect, response) = ui.allocate_exact_size(vec2(width, height), Sense::click());
         let font = TextStyle::Body.resolve(ui.style());
         let at = Align2::LEFT_CENTER.pos_in_rect(&rect);
         ui.painter().text(at, Align2::LEFT_CENTER, label, font, ui.visuals().text_color());
-        add(ui)
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, label));
+        add(ui);
+        response.double_clicked()
     })
     .inner
 }

@@ -112,6 +112,12 @@ impl Family {
         self.scores.push((if z.is_nan() { f64::INFINITY } else { z }, label));
     }
 
+    /// Adds the test that `measured` is `expected` up to a systematic difference of `allowance`, and noise.
+    pub fn test_within(&mut self, label: impl Into<String>, measured: f64, expected: f64, allowance: f64, error: f64) {
+        let nearest = expected + (measured - expected).clamp(-allowance, allowance);
+        self.test(label, measured, nearest, error);
+    }
+
     /// How many tests there are.
     pub fn len(&self) -> usize {
         self.scores.len()

@@ -57,9 +57,10 @@ pub fn caption_ui(
                     egui::WidgetInfo::labeled(egui::Role::Label, true, text)
                 });
             }
-            None => {
-                ui.weak(if scale == TypeScale::Hall { "" } else { "drop a .pbrt or .exr here" });
+            None if ui.available_width() > 260.0 && scale == TypeScale::Desk => {
+                ui.weak("drop a .pbrt or .exr here");
             }
+            None => {}
         }
     });
 }

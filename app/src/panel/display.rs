@@ -1,21 +1,24 @@
 //! How the picture is looked at: layer, exposure, tone map. None of it reaches the renderer.
 
 use eframe::egui::{self, ComboBox, Ui};
-use mislab_renderer::Layer;
+use mislab_renderer::{Layer, Strategy};
 
 use crate::command::Command;
-use crate::theme::{GRID, Inks};
+use crate::theme::{GRID, Inks, strategy_fill};
 use crate::view_state::{ToneMap, ViewState, is_colour, layer_name};
 use crate::widgets::{ParamSlider, Scale, segmented, title, wide_button};
 
 /// The panel.
 pub fn display_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<Command>) {
     title(ui, "Layer");
-    for layer in Layer::ALL {
-        if layer_row(ui, layer, view.layer == layer) {
-            out.push(Command::SetLayer(layer));
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        for layer in Layer::ALL {
+            if layer_row(ui, layer, view.layer == layer) {
+                out.push(Command::SetLayer(layer));
+            }
         }
-    }
+    });
     if is_colour(view.layer) {
         colour_ui(ui, view, default, out);
     } else if view.layer == Layer::Variance {
@@ -32,6 +35,7 @@ pub fn layer_menu(ui: &mut Ui, view: &ViewState, width: f32, out: &mut Vec<Comma
             for layer in Layer::ALL {
                 if ui.selectable_label(layer == view.layer, layer_name(layer)).clicked() {
                     out.push(Command::SetLayer(layer));
+                    ui.close();
                 }
             }
         })
@@ -40,8 +44,7 @@ pub fn layer_menu(ui: &mut Ui, view: &ViewState, width: f32, out: &mut Vec<Comma
 }
 
 fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
-    let inks = Inks::of(ui.visuals());
-    let height = 26.0;
+    let height = ui.spacing().interact_size.y;
     let (rect, response) = ui.allocate_exact_size(egui::vec2(ui.available_width(), height), egui::Sense::click());
     let fill = if on {
         ui.visuals().selection.bg_fill
@@ -53,8 +56,8 @@ fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
     ui.painter().rect_filled(rect, 4.0, fill);
     // The technique a layer is about, in its colour.
     let dot = match layer {
-        Layer::Light | Layer::WeightLight | Layer::ShareLight => Some(inks.light),
-        Layer::Bsdf | Layer::WeightBsdf => Some(inks.bsdf),
+        Layer::Light | Layer::WeightLight | Layer::ShareLight => Some(strategy_fill(Strategy::Light).0),
+        Layer::Bsdf | Layer::WeightBsdf => Some(Inks::of(ui.visuals()).bsdf),
         Layer::Picture | Layer::Variance => None,
     };
     let at = egui::pos2(rect.left() + 3.0 * GRID, rect.center().y);

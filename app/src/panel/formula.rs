@@ -12,7 +12,7 @@ use crate::theme::{GRID, Inks, TypeScale};
 pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
     let inks = Inks::of(ui.visuals());
     let (size, line, lines) = match scale {
-        TypeScale::Desk => (20.0, 52.0, 3.0),
+        TypeScale::Desk => (20.0, 48.0, 3.0),
         TypeScale::Hall => (34.0, 88.0, 3.0),
     };
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), lines * line), Sense::hover());
@@ -29,6 +29,17 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
         laid.paint(&painter, egui::pos2(rect.left(), y));
         top += line;
     }
+    // What is left of the room says in words what the formula says.
+    if (formulas.len() as f32) < lines {
+        let body = egui::TextStyle::Small.resolve(ui.style());
+        let words = painter.layout(
+            super::strategy_description(settings.strategy).into(),
+            body,
+            ui.visuals().weak_text_color(),
+            rect.width(),
+        );
+        painter.galley(egui::pos2(rect.left(), top + GRID), words, color);
+    }
     let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
     ui.add_space(GRID);
@@ -44,9 +55,11 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
             row([
                 estimate(),
                 light.w(),
+                Math::Gap(0.1),
                 frac(text("f"), light.p()),
                 text("  +  "),
                 bsdf.w(),
+                Math::Gap(0.1),
                 frac(text("f"), bsdf.p()),
             ]),
             row([light.w(), text("  =  "), weight(settings.heuristic, &light, &bsdf, None)]),
@@ -57,11 +70,11 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
                 row([
                     estimate(),
                     light.w(),
+                    Math::Gap(0.1),
                     frac(text("f"), row([number(c), light.p()])),
-                    note("with probability "),
-                    number(c),
+                    note(&format!("with probability {c:.2}")),
                 ]),
-                row([estimate(), bsdf.w(), frac(text("f"), row([number(1.0 - c), bsdf.p()])), note("otherwise")]),
+                row([estimate(), bsdf.w(), Math::Gap(0.1), frac(text("f"), row([number(1.0 - c), bsdf.p()])), note("otherwise")]),
                 row([light.w(), text("  =  "), weight(settings.heuristic, &light, &bsdf, veach.then_some(c))]),
             ]
         }
@@ -93,7 +106,7 @@ fn estimate() -> Math {
 }
 
 fn note(s: &str) -> Math {
-    row([Math::Gap(0.8), text(s)])
+    row([Math::Gap(0.8), Math::Small(text(s).into())])
 }
 
 fn number(value: f64) -> Math {

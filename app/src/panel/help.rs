@@ -9,7 +9,7 @@ use crate::widgets::title;
 /// The sheet. Returns false when it is done with.
 pub fn help_ui(ctx: &egui::Context) -> bool {
     let bindings = bindings();
-    let columns = [["Strategy", "Rendering", "View"].as_slice(), ["File", "Edit", "Window"].as_slice()];
+    let columns = [["Strategy", "Rendering", "Edit"].as_slice(), ["View"].as_slice(), ["File", "Window"].as_slice()];
     let modal = Modal::new(Id::unique("keys")).show(ctx, |ui| {
         ui.heading("Keys");
         ui.horizontal_top(|ui| {
@@ -21,6 +21,7 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
                     for group in groups {
                         title(ui, group);
                         Grid::new(*group).num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
+                            ui.spacing_mut().interact_size.y = 0.0;
                             for action in bindings.iter().filter(|a| a.group == *group) {
                                 ui.label(RichText::new(action.keys).family(medium()));
                                 ui.label(&action.name);
@@ -32,8 +33,9 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
             }
         });
         ui.add_space(8.0);
-        ui.label("Double-click a slider: back to its default.   Mouse on the picture: wheel zooms, drag moves, double-click fits.");
-        ui.add_space(4.0);
+        ui.label("Double-click a slider or a label: back to its default.");
+        ui.label("On the picture: the wheel zooms, dragging moves, a double click fits.");
+        ui.add_space(8.0);
         ui.button("Close").clicked()
     });
     !(modal.inner || modal.should_close())

@@ -1,8 +1,11 @@
 //! What went wrong and what the reader did not understand, in words, until the cause is gone.
 
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
-use eframe::egui::{self, CornerRadius, RichText, ScrollArea, Stroke, Ui};
+use eframe::egui::{
+    self, Align2, Area, CornerRadius, Id, Order, Rect, RichText, ScrollArea, Stroke, Ui, vec2,
+};
 use mislab_renderer::Diagnostic;
 
 use crate::theme::{GRID, Inks};
@@ -62,4 +65,46 @@ pub fn warnings_ui(ui: &mut Ui, warnings: &[Diagnostic]) {
             }
         },
     );
+}
+
+/// A passing remark: something has worked, or could not be done.
+#[derive(Clone, Debug)]
+pub struct Notice {
+    text: String,
+    wrong: bool,
+    until: Instant,
+}
+
+impl Notice {
+    /// Something has worked.
+    pub fn done(text: impl Into<String>) -> Self {
+        Self { text: text.into(), wrong: false, until: Instant::now() + Duration::from_secs(4) }
+    }
+
+    /// Something could not be done.
+    pub fn failed(text: impl Into<String>) -> Self {
+        Self { text: text.into(), wrong: true, until: Instant::now() + Duration::from_secs(12) }
+    }
+}
+
+/// The remarks of the last seconds, above the lower right corner of `rect`.
+pub fn notices_ui(ctx: &egui::Context, notices: &mut Vec<Notice>, rect: Rect) {
+    let now = Instant::now();
+    notices.retain(|notice| notice.until > now);
+    let Some(next) = notices.iter().map(|notice| notice.until).min() else { return };
+    ctx.request_repaint_after(next - now);
+    let area = Area::new(Id::unique("notices")).order(Order::Foreground).interactable(false);
+    area.pivot(Align2::RIGHT_BOTTOM).fixed_pos(rect.right_bottom() - vec2(3.0 * GRID, 3.0 * GRID)).show(ctx, |ui| {
+        for notice in notices.iter() {
+            let stroke = if notice.wrong {
+                Stroke::new(1.5, Inks::of(ui.visuals()).wrong)
+            } else {
+                ui.visuals().window_stroke
+            };
+            egui::Frame::popup(ui.style()).stroke(stroke).show(ui, |ui| {
+                ui.set_max_width(420.0);
+                ui.label(&notice.text);
+            });
+        }
+    });
 }

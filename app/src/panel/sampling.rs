@@ -34,7 +34,7 @@ pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing
     if let Some(kind) = segmented(ui, "Sampler", settings.sampler.kind, &samplers, true) {
         out.push(Command::SetSampler(kind));
     }
-    labelled(ui, "per pixel", LABEL, |ui| {
+    let reset = labelled(ui, "per pixel", LABEL, |ui| {
         spp_combo(ui, settings, out);
         let stratified = settings.sampler.kind == SamplerKind::Stratified;
         let mut jitter = settings.sampler.jitter;
@@ -45,7 +45,10 @@ pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing
             out.push(Command::SetJitter(jitter));
         }
     });
-    labelled(ui, "seed", LABEL, |ui| {
+    if reset {
+        out.push(Command::SetSpp(defaults.spp.map_or(SppTarget::Endless, SppTarget::Passes)));
+    }
+    let reset = labelled(ui, "seed", LABEL, |ui| {
         let mut seed = settings.seed;
         let width = 2.0 * LABEL;
         let height = ui.spacing().interact_size.y;
@@ -57,11 +60,10 @@ pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing
         if wide_button(ui, "next", ui.available_width()).on_hover_text("The same picture with other noise.").clicked() {
             out.push(Command::SetSeed(seed.wrapping_add(1)));
         }
-        if response.contains_pointer() && ui.input(|i| i.pointer.button_double_clicked(egui::PointerButton::Secondary))
-        {
-            out.push(Command::SetSeed(defaults.seed));
-        }
     });
+    if reset {
+        out.push(Command::SetSeed(defaults.seed));
+    }
 
     title(ui, "Pace");
     pace_ui(ui, pacing, out);
@@ -83,6 +85,7 @@ fn spp_combo(ui: &mut Ui, settings: &Settings, out: &mut Vec<Command>) {
                 };
                 if ui.selectable_label(choice == current, spp_text(choice, strata)).clicked() {
                     out.push(Command::SetSpp(choice));
+                    ui.close();
                 }
             }
         })
@@ -115,8 +118,9 @@ fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
         }
     });
     ui.horizontal(|ui| {
-        let field = 104.0;
-        ui.allocate_ui(egui::vec2(ui.available_width() - field - 2.0 * GRID, 0.0), |ui| {
+        let field = 96.0;
+        let height = ui.spacing().interact_size.y;
+        ui.allocate_ui(egui::vec2(ui.available_width() - field - 2.0 * GRID, height), |ui| {
             let choices =
                 [(true, "Full speed", "As fast as the machine goes."), (false, "Slowly", "Slow enough to watch.")];
             if let Some(full) = segmented(ui, "Pace", pacing.rate.is_none(), &choices, true) {
@@ -124,12 +128,11 @@ fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
             }
         });
         let mut rate = pacing.last_rate;
-        let height = ui.spacing().interact_size.y;
         let number = DragValue::new(&mut rate).range(0.1..=1000.0).speed(0.05).max_decimals(1).suffix(" / s");
-        let response = ui
-            .add_enabled_ui(pacing.rate.is_some(), |ui| ui.add_sized([ui.available_width(), height], number))
-            .inner
-            .accessible_name("Passes per second");
+        if pacing.rate.is_none() {
+            ui.disable();
+        }
+        let response = ui.add_sized([ui.available_width(), height], number).accessible_name("Passes per second");
         if response.changed() {
             out.push(Command::SetRate(Some(rate)));
         }

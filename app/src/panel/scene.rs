@@ -1,13 +1,14 @@
 //! The scene's handles: roughness of every plate, size and switch of every light.
 
+use mislab_renderer::Strategy;
 use eframe::egui::{self, Color32, CornerRadius, Rect, Sense, Stroke, TextStyle, Ui, vec2};
 
 use crate::command::Command;
 use crate::document::Document;
 use crate::picking::Target;
 use crate::swatch::Swatches;
-use crate::theme::{GRID, Inks};
-use crate::widgets::{ParamSlider, Scale, caption, title};
+use crate::theme::{GRID, strategy_fill};
+use crate::widgets::{ParamSlider, Scale, caption, title_with_note};
 
 /// Below this GGX width a surface is a mirror; the left end of the rail is 0 itself.
 const SMALLEST_ALPHA: f64 = 1e-3;
@@ -22,10 +23,7 @@ pub fn scene_ui(
 ) -> Option<Target> {
     let mut here = None;
     let scene = &document.scene;
-    ui.horizontal(|ui| {
-        title(ui, "Roughness");
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::BOTTOM), |ui| caption(ui, "GGX width \u{3b1}"));
-    });
+    title_with_note(ui, "Roughness", "GGX width \u{3b1}");
     let mut any = false;
     for (index, material) in scene.materials.iter().enumerate() {
         let Some(alpha) = material.bsdf.alpha() else { continue };
@@ -57,10 +55,7 @@ pub fn scene_ui(
         caption(ui, "No material of this scene has a roughness.");
     }
 
-    ui.horizontal(|ui| {
-        title(ui, "Lights");
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::BOTTOM), |ui| caption(ui, "radius, same power"));
-    });
+    title_with_note(ui, "Lights", "radius, at the same power");
     let radii: Vec<f32> =
         scene.light_shapes().filter_map(|shape| Document::radius(&document.opened.scene, shape)).collect();
     let smallest = radii.iter().copied().fold(f32::INFINITY, f32::min);
@@ -97,7 +92,7 @@ pub fn scene_ui(
                 scale: Scale::Log(1e-6),
                 template: "0.0000",
                 unit: "",
-                accent: Some(Inks::of(ui.visuals()).light),
+                accent: Some(strategy_fill(Strategy::Light).0),
                 zero_text: "",
             }
             .show(ui);
@@ -139,7 +134,7 @@ fn row(ui: &mut Ui, lit: bool, add: impl FnOnce(&mut Ui) -> bool) -> bool {
 }
 
 fn swatch(ui: &mut Ui, swatches: &Swatches, target: Target) {
-    let size = vec2(48.0, 24.0);
+    let size = vec2(48.0, ui.spacing().interact_size.y);
     let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
     match swatches.get(target) {
         Some(texture) => {

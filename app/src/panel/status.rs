@@ -21,7 +21,9 @@ pub fn status_ui(
     let spp = frame.map_or(0, Frame::spp);
     let stats = frame.map(Frame::stats);
     let target = settings.spp.map_or("\u{221e}".into(), |n| n.to_string());
-    number(ui, &format!("{spp} / {target} spp"), "65536 / 65536 spp", None);
+    // As wide as the target, or as an hour of endless passes.
+    let widest = "8".repeat(if settings.spp.is_some() { target.len() } else { 6 });
+    number(ui, &format!("{spp} / {target} spp"), &format!("{widest} / {target} spp"), None);
     progress(ui, spp, settings, status);
     let paths = stats.map_or(0.0, |s| s.paths as f64);
     number(ui, &format!("{} paths", si(paths)), "888.8 M paths", None);

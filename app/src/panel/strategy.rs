@@ -35,7 +35,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
                     scale: Scale::Linear(2),
                     template: "0.00",
                     unit: "",
-                    accent: Some(Inks::of(ui.visuals()).light),
+                    accent: Some(strategy_fill(Strategy::Light).0),
                     zero_text: "",
                 }
                 .show(ui);

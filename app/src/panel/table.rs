@@ -112,7 +112,9 @@ fn start_ui(ui: &mut Ui, panel: &mut TablePanel, scene: &Arc<Scene>) {
         let combo = ComboBox::from_id_salt("table size").width(200.0).selected_text(name(panel.size));
         let response = combo.show_ui(ui, |ui| {
             for size in [None, Some(400), Some(200), Some(100)] {
-                ui.selectable_value(&mut panel.size, size, name(size));
+                if ui.selectable_value(&mut panel.size, size, name(size)).clicked() {
+                    ui.close();
+                }
             }
         });
         response.response.accessible_name("Image size of the table");

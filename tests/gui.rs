@@ -1,0 +1,586 @@
+//! The window, driven by label and role as a user or a screen reader would: every control once.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use mislab::command::{Command, SppTarget};
+use mislab::document::Document;
+use mislab::prefs::{Prefs, SavePrefs};
+use mislab::view_state::ToneMap;
+use mislab::{AppOptions, MisLabApp};
+use mislab_renderer::pbrt::DEFAULT_SCENE;
+use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy};
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{self, Key, Modifiers};
+
+/// The app over a small picture, in a folder of its own.
+struct Lab {
+    harness: Harness<'static, MisLabApp>,
+    folder: tempfile::TempDir,
+}
+
+impl Lab {
+    fn new() -> Self {
+        Self::with_size([1280.0, 1000.0])
+    }
+
+    fn with_size(size: [f32; 2]) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let scene = folder.path().join("small.pbrt");
+        std::fs::write(&scene, small_scene()).expect("the scene can be written");
+        let prefs = Prefs {
+            save: SavePrefs { folder: folder.path().to_owned(), ..SavePrefs::default() },
+            ..Prefs::default()
+        };
+        let options = AppOptions { scene: Some(scene), threads: 1, prefs: Some(prefs) };
+        let harness = Harness::builder()
+            .with_size(size)
+            .with_max_steps(64)
+            .with_step_dt(1.0 / 60.0)
+            .build_eframe(move |cc| MisLabApp::new(cc, options));
+        let mut lab = Self { harness, folder };
+        lab.settle();
+        lab
+    }
+
+    fn app(&self) -> &MisLabApp {
+        self.harness.state()
+    }
+
+    fn document(&self) -> &Document {
+        self.app().document()
+    }
+
+    /// Steps until `done`, or fails.
+    #[track_caller]
+    fn until(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        loop {
+            self.harness.step();
+            if done(self) {
+                return;
+            }
+            assert!(Instant::now() < deadline, "waited in vain for {what}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// Until the picture of the current settings is on screen and complete.
+    #[track_caller]
+    fn settle(&mut self) {
+        self.until("the finished picture", |lab| {
+            let target = lab.document().settings.spp.map_or(1, |n| n.get());
+            lab.app().engine().current_frame().is_some_and(|f| f.spp() >= target)
+        });
+        self.harness.step();
+    }
+
+    fn key(&mut self, modifiers: Modifiers, key: Key) {
+        self.harness.key_press_modifiers(modifiers, key);
+        self.harness.step();
+        self.harness.step();
+    }
+
+    #[track_caller]
+    fn click(&mut self, label: &str) {
+        self.harness.get_by_label(label).click_accesskit();
+        self.harness.step();
+        self.harness.step();
+    }
+
+    #[track_caller]
+    fn slide(&mut self, label: &str, value: f64) {
+        self.harness.get_by_role_and_label(Role::Slider, label).set_value_accesskit(value);
+        self.harness.step();
+        self.harness.step();
+    }
+
+    #[track_caller]
+    fn type_number(&mut self, label: &str, value: f64) {
+        self.harness.get_by_role_and_label(Role::SpinButton, label).set_value_accesskit(value);
+        self.harness.step();
+        self.harness.step();
+    }
+
+    #[track_caller]
+    fn double_click(&mut self, role: Role, label: &str) {
+        let at = self.harness.get_by_role_and_label(role, label).rect().center();
+        // Long after the last click, lest it count as the third.
+        self.harness.run_steps(60);
+        self.harness.event(egui::Event::PointerMoved(at));
+        self.harness.step();
+        for pressed in [true, false, true, false] {
+            self.harness.event(egui::Event::PointerButton {
+                pos: at,
+                button: egui::PointerButton::Primary,
+                pressed,
+                modifiers: Modifiers::NONE,
+            });
+            self.harness.step();
+        }
+        self.harness.remove_cursor();
+        self.harness.step();
+    }
+
+    fn has(&self, label: &str) -> bool {
+        self.harness.query_all_by_label_contains(label).next().is_some()
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn apply(&mut self, command: Command) {
+        let ctx = self.harness.ctx.clone();
+        self.harness.state_mut().apply(&ctx, command);
+        self.harness.step();
+    }
+}
+
+/// Veach's scene, small enough for tests.
+fn small_scene() -> String {
+    let small = DEFAULT_SCENE.replace("[800]", "[60]").replace("[8]", "[2]");
+    assert_ne!(small, DEFAULT_SCENE, "the scene file says its size otherwise");
+    small
+}
+
+#[test]
+fn keys_and_buttons_choose_the_strategy() {
+    let mut lab = Lab::new();
+    let names = ["Light", "BSDF", "MIS, both", "MIS, one"];
+    for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
+        lab.key(Modifiers::NONE, [Key::Num1, Key::Num2, Key::Num3, Key::Num4][index]);
+        assert_eq!(lab.document().settings.strategy, strategy);
+        lab.settle();
+        assert!(lab.has(&format!("Caption: {}", names[index])), "the caption names the strategy on screen");
+    }
+    for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
+        lab.click(&format!("{} {}", index + 1, names[index]));
+        assert_eq!(lab.document().settings.strategy, strategy);
+    }
+}
+
+#[test]
+fn the_formula_follows_the_settings() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num1);
+    assert!(lab.has("(f) / (p_L)") && !lab.has("p_B"), "light sampling knows one density");
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.slide("c", 0.25);
+    assert!(lab.has("0.25 p_L") && lab.has("0.75 p_B"), "the formula has the live c in it");
+    lab.apply(Command::SetWeights(OneSampleWeights::Tutorial));
+    assert!(lab.has("w_L  =  (p_L) / (p_L + p_B)"), "the tutorial's weight leaves c out");
+}
+
+#[test]
+fn c_matters_to_one_strategy_only() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.slide("c", 0.2);
+    assert_eq!(lab.document().settings.light_prob, 0.2);
+    lab.double_click(Role::Slider, "c");
+    assert_eq!(lab.document().settings.light_prob, 0.5, "a double click resets");
+    lab.type_number("c value", 0.75);
+    assert_eq!(lab.document().settings.light_prob, 0.75);
+    lab.key(Modifiers::NONE, Key::Num3);
+    let slider = lab.harness.get_by_role_and_label(Role::Slider, "c");
+    assert!(slider.accesskit_node().is_disabled(), "c is of no use to mis_all");
+}
+
+#[test]
+fn weights_and_sampler() {
+    let mut lab = Lab::new();
+    for (label, heuristic) in [
+        ("Heuristic: Power", Heuristic::Power),
+        ("Heuristic: Cutoff", Heuristic::Cutoff),
+        ("Heuristic: Max", Heuristic::Maximum),
+        ("Heuristic: Balance", Heuristic::Balance),
+    ] {
+        lab.click(label);
+        assert_eq!(lab.document().settings.heuristic, heuristic);
+    }
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.click("One-sample weights: Tutorial");
+    assert_eq!(lab.document().settings.weights, OneSampleWeights::Tutorial);
+    lab.click("Sampler: Sobol");
+    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Sobol);
+    lab.click("Sampler: Random");
+    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Independent);
+    lab.click("Sampler: Stratified");
+    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Stratified);
+    lab.click("jitter");
+    assert!(!lab.document().settings.sampler.jitter);
+}
+
+#[test]
+fn the_target_and_the_seed() {
+    let mut lab = Lab::new();
+    lab.click("Samples per pixel");
+    lab.click("36  =  6 \u{d7} 6");
+    assert_eq!(lab.document().settings.spp.map(|n| n.get()), Some(36));
+    assert_eq!(lab.document().settings.sampler.strata, [6, 6], "all strata are used");
+    lab.settle();
+    assert!(lab.has("36 / 36 spp"));
+    lab.click("Samples per pixel");
+    lab.click("endless");
+    assert_eq!(lab.document().settings.spp, None);
+    lab.until("more than the old target", |lab| lab.app().engine().current_frame().is_some_and(|f| f.spp() > 40));
+
+    lab.apply(Command::SetSpp(SppTarget::passes(2)));
+    lab.settle();
+    let before = lab.app().engine().generation();
+    lab.type_number("Seed", 7.0);
+    assert_eq!(lab.document().settings.seed, 7);
+    assert!(lab.app().engine().generation() > before, "another seed is another picture");
+    lab.click("next");
+    assert_eq!(lab.document().settings.seed, 8);
+}
+
+#[test]
+fn the_pace() {
+    let mut lab = Lab::new();
+    lab.apply(Command::SetSpp(SppTarget::Endless));
+    lab.key(Modifiers::NONE, Key::Space);
+    assert!(lab.app().pacing().paused);
+    lab.until("the workers to hold", |lab| lab.app().engine().current_frame().is_some());
+    std::thread::sleep(Duration::from_millis(50));
+    lab.harness.step();
+    let held = lab.app().engine().current_frame().map(|f| f.spp());
+    std::thread::sleep(Duration::from_millis(50));
+    lab.harness.step();
+    assert_eq!(lab.app().engine().current_frame().map(|f| f.spp()), held, "paused is paused");
+    lab.click("One pass");
+    lab.until("one more pass", |lab| lab.app().engine().current_frame().map(|f| f.spp()) == held.map(|n| n + 1));
+    lab.click("Restart");
+    lab.until("the first pass of the new start", |lab| {
+        lab.app().engine().current_frame().is_some_and(|f| f.spp() == 1)
+    });
+    lab.click("Go on");
+    assert!(!lab.app().pacing().paused);
+    lab.click("Pace: Slowly");
+    lab.type_number("Passes per second", 5.0);
+    assert_eq!(lab.app().pacing().rate, Some(5.0));
+    lab.click("Pace: Full speed");
+    assert_eq!(lab.app().pacing().rate, None);
+}
+
+#[test]
+fn plates_and_lights() {
+    let mut lab = Lab::new();
+    let alpha = |lab: &Lab, name: &str| lab.document().scene.material(name).and_then(|m| m.bsdf.alpha());
+    lab.slide("plate2", 0.2);
+    assert_eq!(alpha(&lab, "plate2"), Some(0.2));
+    lab.double_click(Role::Slider, "plate2");
+    assert_eq!(alpha(&lab, "plate2"), Some(0.02), "back to the file");
+    lab.slide("plate2", 0.0);
+    assert_eq!(alpha(&lab, "plate2"), Some(0.0), "the left end is a mirror");
+    lab.type_number("plate1 value", 0.3);
+    assert_eq!(alpha(&lab, "plate1"), Some(0.3), "a mirror can be made rough");
+
+    let light = lab.document().scene.light_shapes().next().expect("the scene has lights");
+    let state = |lab: &Lab| {
+        let shape = &lab.document().scene.shapes[light];
+        let emission = shape.light.as_ref().expect("a light").clone();
+        (Document::radius(&lab.document().scene, light).expect("a sphere"), emission)
+    };
+    let name = state(&lab).1.name;
+    let (r0, l0) = state(&lab);
+    lab.slide(&name, f64::from(2.0 * r0));
+    let (r1, l1) = state(&lab);
+    assert!(r1 > 1.9 * r0, "{r0} -> {r1}");
+    let power = |r: f32, l: &mislab_renderer::Light| r * r * l.radiance.x;
+    assert!((power(r1, &l1) / power(r0, &l0) - 1.0).abs() < 1e-5, "the power stays");
+    lab.double_click(Role::Slider, &name);
+    assert_eq!(state(&lab), (r0, l0), "the same bits as in the file");
+    lab.click(&format!("{name} on"));
+    assert!(!state(&lab).1.on);
+    lab.click("Reset to the file");
+    assert_eq!(lab.document().scene, lab.document().opened.scene);
+}
+
+#[test]
+fn layers_and_their_legends() {
+    let mut lab = Lab::new();
+    for layer in Layer::ALL {
+        let name = mislab::view_state::layer_name(layer);
+        lab.click(&format!("Layer: {name}"));
+        assert_eq!(lab.document().view.layer, layer);
+        assert!(lab.has(&format!("Legend: {name}")), "a legend for {name}");
+    }
+    lab.key(Modifiers::NONE, Key::V);
+    assert_eq!(lab.document().view.layer, Layer::Picture, "after the last the first");
+    let generation = lab.app().engine().generation();
+    lab.key(Modifiers::SHIFT, Key::V);
+    assert_eq!(lab.document().view.layer, Layer::Variance);
+    assert_eq!(lab.app().engine().generation(), generation, "the view never reaches the renderer");
+    lab.slide("from 10^", -8.0);
+    assert_eq!(lab.document().view.variance_range[0], -8.0);
+}
+
+#[test]
+fn exposure_offset_and_tone_map() {
+    let mut lab = Lab::new();
+    lab.slide("Exposure", 2.0);
+    assert_eq!(lab.document().view.exposure_ev, 2.0);
+    lab.key(Modifiers::NONE, Key::E);
+    assert_eq!(lab.document().view.exposure_ev, 2.5);
+    lab.key(Modifiers::SHIFT, Key::E);
+    lab.key(Modifiers::SHIFT, Key::E);
+    assert_eq!(lab.document().view.exposure_ev, 1.5);
+    lab.key(Modifiers::NONE, Key::O);
+    assert!(lab.document().view.offset > 0.0);
+    lab.click("Tone map: Filmic");
+    assert_eq!(lab.document().view.tone_map, ToneMap::Filmic);
+    lab.key(Modifiers::NONE, Key::R);
+    assert_eq!(lab.document().view.exposure_ev, 0.0);
+    assert_eq!(lab.document().view.offset, 0.0);
+    lab.click("Normalise");
+    assert_ne!(lab.document().view.exposure_ev, 0.0, "set in plain sight");
+    lab.key(Modifiers::COMMAND, Key::Z);
+    assert_eq!(lab.document().view.exposure_ev, 0.0, "and undone like anything else");
+}
+
+#[test]
+fn undo_and_redo_go_over_everything() {
+    let mut lab = Lab::new();
+    let start = lab.document().clone();
+    lab.key(Modifiers::NONE, Key::Num1);
+    lab.slide("plate3", 0.4);
+    lab.slide("Exposure", 1.0);
+    lab.type_number("Seed", 5.0);
+    let end = lab.document().clone();
+    for _ in 0..4 {
+        lab.key(Modifiers::COMMAND, Key::Z);
+    }
+    assert_eq!(*lab.document(), start);
+    lab.key(Modifiers::COMMAND, Key::Z);
+    assert_eq!(*lab.document(), start, "there is nothing before the start");
+    for _ in 0..3 {
+        lab.key(Modifiers::COMMAND, Key::Y);
+    }
+    lab.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    assert_eq!(*lab.document(), end);
+}
+
+#[test]
+fn a_drag_is_one_step_of_undo() {
+    let mut lab = Lab::new();
+    let rect = lab.harness.get_by_role_and_label(Role::Slider, "plate4").rect();
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    let start = rect.left_center() + egui::vec2(12.0, 0.0);
+    lab.harness.event(egui::Event::PointerMoved(start));
+    lab.harness.event(button(start, true));
+    lab.harness.step();
+    for i in 1..8 {
+        lab.harness.event(egui::Event::PointerMoved(start + egui::vec2(8.0 * i as f32, 0.0)));
+        lab.harness.step();
+    }
+    let end = start + egui::vec2(56.0, 0.0);
+    lab.harness.event(button(end, false));
+    lab.harness.step();
+    let alpha = |lab: &Lab| lab.document().scene.material("plate4").and_then(|m| m.bsdf.alpha());
+    assert_ne!(alpha(&lab), Some(0.1));
+    lab.key(Modifiers::COMMAND, Key::Z);
+    assert_eq!(alpha(&lab), Some(0.1));
+}
+
+#[test]
+fn an_old_picture_is_never_passed_off_as_the_new_one() {
+    let mut lab = Lab::new();
+    for key in [Key::Num1, Key::Num2, Key::Num3] {
+        lab.harness.key_press(key);
+        for _ in 0..4 {
+            lab.harness.step();
+            let shown = lab.app().engine().frame().expect("there is a picture").request().settings.strategy;
+            let name = ["Light", "BSDF", "MIS, both", "MIS, one"][Strategy::ALL.iter().position(|s| *s == shown).unwrap()];
+            assert!(lab.has(&format!("Caption: {name}")), "the caption is about the picture on screen");
+            assert_eq!(lab.app().engine().is_behind(), lab.has("previous settings"), "an old picture says so");
+        }
+    }
+}
+
+#[test]
+fn snapshots_restore_everything() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.slide("c", 0.3);
+    lab.slide("plate2", 0.15);
+    lab.apply(Command::SetLayer(Layer::ShareLight));
+    lab.apply(Command::SetExposure(1.5));
+    lab.click("PNG of the view");
+    lab.settle();
+    let saved = lab.document().clone();
+    let pixels = lab.app().engine().current_frame().expect("settled").channel(mislab_renderer::Channel::R);
+    lab.key(Modifiers::COMMAND, Key::S);
+    lab.until("the file", |lab| lab.has("Saved veach_mis.exr"));
+    assert!(lab.file("veach_mis.exr").exists() && lab.file("veach_mis.png").exists());
+    lab.click("Save snapshot");
+    lab.until("the second file", |lab| lab.file("veach_mis_2.exr").exists());
+
+    lab.apply(Command::OpenShipped(mislab::command::Shipped::VeachPlastic));
+    lab.apply(Command::SetSpp(SppTarget::passes(1)));
+    lab.apply(Command::OpenPath(lab.file("veach_mis.exr")));
+    lab.until("the snapshot", |lab| lab.document().opened.path == Some(lab.file("veach_mis.exr")));
+    assert_eq!(lab.document().settings, saved.settings);
+    assert_eq!(lab.document().scene, saved.scene);
+    assert_eq!(lab.document().view.layer, Layer::ShareLight);
+    assert_eq!(lab.document().view.exposure_ev, 1.5);
+    lab.settle();
+    let again = lab.app().engine().current_frame().expect("settled").channel(mislab_renderer::Channel::R);
+    assert!(pixels.iter().zip(&again).all(|(a, b)| a.to_bits() == b.to_bits()), "the same bits again");
+}
+
+#[test]
+fn a_bad_file_leaves_the_picture() {
+    let mut lab = Lab::new();
+    let bad = lab.file("bad.pbrt");
+    std::fs::write(&bad, "Film \"image\" \"integer xresolution\" [60\nWorldBegin\n").expect("write");
+    let before = lab.document().clone();
+    lab.apply(Command::OpenPath(bad));
+    lab.until("the error", |lab| lab.has("bad.pbrt was not opened"));
+    assert!(lab.has("bad.pbrt:"), "the message has the place");
+    assert_eq!(*lab.document(), before);
+    assert!(lab.app().engine().current_frame().is_some(), "the picture stays");
+
+    let good = lab.file("good.pbrt");
+    let text = small_scene().replace("WorldBegin", "WorldBegin\nTwiddle 1\n");
+    std::fs::write(&good, text).expect("write");
+    lab.apply(Command::OpenPath(good.clone()));
+    lab.until("the good file", |lab| lab.document().opened.path.as_deref() == Some(good.as_path()));
+    lab.harness.step();
+    assert!(!lab.has("was not opened"), "the error goes with its cause");
+    assert!(lab.has("1 warning about the scene file") && lab.has("good.pbrt:"), "the warning has its place");
+    assert_eq!(lab.app().prefs().recent.first(), Some(&good));
+    lab.key(Modifiers::COMMAND, Key::Z);
+    assert_eq!(*lab.document(), before, "opening is undone like anything else");
+}
+
+#[test]
+fn a_path_can_be_typed() {
+    let mut lab = Lab::new();
+    let other = lab.file("other.pbrt");
+    std::fs::write(&other, small_scene()).expect("write");
+    lab.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::O);
+    lab.harness.step();
+    lab.harness.get_by_label("Path").focus();
+    lab.harness.step();
+    lab.harness.get_by_label("Path").type_text(&other.display().to_string());
+    lab.harness.step();
+    lab.harness.key_press(Key::Enter);
+    lab.until("the file", |lab| lab.document().opened.path.as_deref() == Some(other.as_path()));
+    assert_eq!(lab.document().settings.strategy, Strategy::MisAll, "digits of the path are not keys of strategies");
+}
+
+#[test]
+fn a_dropped_file_is_opened() {
+    let mut lab = Lab::new();
+    let other = lab.file("dropped.pbrt");
+    std::fs::write(&other, small_scene()).expect("write");
+    lab.harness.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(other.clone())));
+    lab.harness.step();
+    lab.until("the file", |lab| lab.document().opened.path.as_deref() == Some(other.as_path()));
+}
+
+/// What the window system hands over when a file is dropped.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
+    }
+}
+
+#[test]
+fn themes() {
+    let mut lab = Lab::new();
+    for (name, theme) in [("Light", egui::Theme::Light), ("Dark", egui::Theme::Dark)] {
+        lab.click("Menu");
+        lab.harness.get_by_role_and_label(Role::Button, name).click_accesskit();
+        lab.harness.run_steps(3);
+        assert_eq!(lab.harness.ctx.theme(), theme);
+        lab.harness.key_press(Key::Escape);
+        lab.harness.run_steps(2);
+    }
+}
+
+#[test]
+fn the_projector_view_has_large_type() {
+    let mut lab = Lab::with_size([1920.0, 1080.0]);
+    assert!(lab.has("Save EXR") && lab.has("Exposure"));
+    lab.key(Modifiers::COMMAND, Key::B);
+    assert!(!lab.has("Exposure") && !lab.has("Sampler: Sobol"), "the panels are gone");
+    assert!(lab.has("4 MIS, one") && lab.has("Caption: MIS, both"), "bar and caption stay");
+    let style = lab.harness.ctx.global_style();
+    assert!(style.text_styles.values().all(|font| font.size >= 24.0), "legible from the last row");
+    lab.key(Modifiers::COMMAND, Key::B);
+    assert!(lab.has("Exposure"));
+}
+
+#[test]
+fn the_picture_is_large_even_in_a_small_window() {
+    let lab = Lab::with_size([1280.0, 720.0]);
+    let rect = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
+    assert!(rect.width() >= 600.0 && rect.height() >= 600.0, "{rect:?}");
+}
+
+#[test]
+fn the_palette_finds_commands() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
+    lab.harness.step();
+    lab.harness.get_by_label("Command").type_text("sobol");
+    lab.harness.step();
+    lab.harness.key_press(Key::Enter);
+    lab.harness.run_steps(2);
+    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Sobol);
+    assert!(lab.harness.query_by_label("Command").is_none(), "done is gone");
+}
+
+#[test]
+fn the_key_sheet() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::SHIFT, Key::Questionmark);
+    assert!(lab.has("Projector view: hide the panels"));
+    lab.click("Close");
+    assert!(!lab.has("Projector view: hide the panels"));
+}
+
+#[test]
+fn the_interface_can_be_enlarged() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::COMMAND, Key::Plus);
+    assert!(lab.harness.ctx.zoom_factor() > 1.05);
+    lab.key(Modifiers::COMMAND, Key::Minus);
+    assert_eq!(lab.harness.ctx.zoom_factor(), 1.0);
+}
+
+#[test]
+fn the_table_is_filled_in_and_can_be_stopped() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::T);
+    lab.click("Image size of the table");
+    lab.click("100 \u{d7} 100");
+    lab.click("Fill in the table");
+    lab.until("the job", |lab| lab.has("Cancel"));
+    lab.click("Cancel");
+    lab.until("the end of the job", |lab| !lab.has("Cancel"));
+    assert!(!lab.has("small light"), "a stopped job leaves nothing");
+    lab.click("Fill in the table");
+    lab.until("the table", |lab| lab.has("small light"));
+    assert!(lab.has("\u{d7}  "), "there are crosses");
+    lab.click(".csv");
+    lab.until("the file", |lab| lab.file("veach_table.csv").exists());
+}
