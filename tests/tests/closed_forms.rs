@@ -107,7 +107,17 @@ fn lights_over_a_plane() {
     let far = shape(sphere(DVec3::new(0.0, 0.0, 3.0), 0.9), None, Some(Vec3::splat(50.0)));
     let hidden = scene(matte(0.5), vec![shape(ground(), Some(0), None), near, far]);
     expect(&mut family, "hidden light", &hidden, [DVec3::new(9.0, 0.0, 2.0), DVec3::ZERO], 0.5 * 2.0 * 0.25);
-    family.judge(28);
+    // A rectangle of which an opaque one hides half, as seen from the point.
+    let rectangle = |x: [f64; 2], y: [f64; 2], z: f64| {
+        [[x[0], y[0], z], [x[0], y[1], z], [x[1], y[1], z], [x[1], y[0], z]].map(DVec3::from)
+    };
+    let (lit, light) = (rectangle([-1.0, 0.0], [-1.0, 1.0], 2.0), rectangle([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let screen = mesh(&rectangle([0.0, 0.75], [-2.0, 2.0], 1.0), vec![[0, 1, 2], [0, 2, 3]]);
+    let light = shape(mesh(&light, vec![[0, 1, 2], [0, 2, 3]]), None, Some(Vec3::splat(5.0)));
+    let half = scene(matte(0.5), vec![shape(ground(), Some(0), None), shape(screen, None, None), light]);
+    let expected = 0.5 / PI * 5.0 * lambert(DVec3::ZERO, DVec3::Z, &lit);
+    expect(&mut family, "half hidden light", &half, [DVec3::new(9.0, 0.0, 0.5), DVec3::ZERO], expected);
+    family.judge(32);
 }
 
 /// Inside a sphere of radius 10 that shines inwards with radiance 1.

@@ -116,10 +116,10 @@ struct Pixels {
 fn pixel_scores(ours: &Ours, reference: &Reference) -> Pixels {
     let smooth = smoothed(&ours.variance, &reference.region);
     let mut pixels = Pixels { z: vec![0.0; SIDE * SIDE], tested: 0 };
-    for i in 0..SIDE * SIDE {
+    for (i, smooth) in smooth.into_iter().enumerate() {
         let (mean, expected) = (ours.mean[i], reference.mean[i]);
         // The larger of both, for the edges of shadows and of mirrored lights.
-        let noise = (smooth[i].max(ours.variance[i]) / TOTAL_SPP).sqrt();
+        let noise = (smooth.max(ours.variance[i]) / TOTAL_SPP).sqrt();
         let testable = REGIONS.iter().any(|&(_, code)| code == reference.region[i]);
         if !testable || noise > PIXEL_NOISE * expected {
             continue;
