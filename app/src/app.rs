@@ -221,7 +221,8 @@ impl MisLabApp {
             Command::Undo => self.history.undo(&mut self.document),
             Command::Redo => self.history.redo(&mut self.document),
             Command::Open => {
-                self.files.pick(self.document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into))
+                let folder = self.document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into);
+                self.files.pick(folder);
             }
             Command::OpenTyped => self.open_sheet = Some(OpenSheet::default()),
             Command::OpenPath(path) => self.files.open(path.clone()),

@@ -215,10 +215,8 @@ impl Command {
                     *a = alpha.clamp(0.0, 1.0);
                 }
             }
-            Self::SetLightRadius(shape, radius) => {
-                if shape < scene.shapes.len() && radius > 0.0 {
-                    Arc::make_mut(scene).set_light_radius(&opened.scene, shape, radius);
-                }
+            Self::SetLightRadius(shape, radius) if shape < scene.shapes.len() && radius > 0.0 => {
+                Arc::make_mut(scene).set_light_radius(&opened.scene, shape, radius);
             }
             Self::SetLightOn(shape, on) => {
                 let scene = Arc::make_mut(scene);

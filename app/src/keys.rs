@@ -149,7 +149,7 @@ pub fn pressed(ctx: &Context) -> Vec<Command> {
                 _ => return true,
             };
             let with_control = modifiers.command || matches!(key, Key::F1 | Key::F11);
-            if typing && !(with_control && !edits_text(key)) {
+            if typing && (!with_control || edits_text(key)) {
                 return true;
             }
             if focused && matches!(key, Key::Space) {

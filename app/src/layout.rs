@@ -30,7 +30,7 @@ pub fn window_ui(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
         }
     } else if ui.available_width() > 1.6 * ui.available_height() {
         // Beside a picture as high as the screen there is room for the blackboard.
-        let panel = Panel::right("blackboard").resizable(false).exact_size(420.0).show_separator_line(false);
+        let panel = Panel::right("blackboard").resizable(false).exact_size(500.0).show_separator_line(false);
         panel.frame(column_frame(ui)).show(ui, |ui| {
             formula::formula_ui(ui, &app.document.settings, TypeScale::Hall);
         });
@@ -130,8 +130,8 @@ fn picture(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     app.pixel = shown.hovered_pixel;
     let rect = shown.response.rect;
     if let Some(frame) = &frame {
-        hovered_things(app, ui, rect);
-        light_rim(app, ui, rect, out);
+        let on_rim = light_rim(app, ui, rect, out);
+        hovered_things(app, ui, rect, on_rim);
         legend_overlay(ui, rect, &app.document.view, dark);
         if let Some(pixel) = app.pixel {
             caption::pixel_overlay(ui, rect, frame, &app.document.view, pixel);
@@ -151,14 +151,15 @@ fn picture(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
 }
 
 /// Finds what the mouse is on in the picture and outlines it, and what it is on in the panel.
-fn hovered_things(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect) {
+fn hovered_things(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, on_rim: Option<Target>) {
     let (Some(geometry), Some(frame)) = (app.geometry, app.engine.frame()) else { return };
     let scene = &app.document.scene;
     let projector = Projector::new(scene, frame.request().settings.resolution);
-    app.hovered_in_picture = app.pixel.and_then(|[x, y]| {
-        let at = [x as f32 + 0.5, y as f32 + 0.5];
-        projector.pick(scene, at).and_then(|shape| Target::of_shape(scene, shape))
-    });
+    let under_mouse = || {
+        let at = app.pixel?.map(|i| i as f32 + 0.5);
+        Target::of_shape(scene, projector.pick(scene, at)?)
+    };
+    app.hovered_in_picture = on_rim.or_else(under_mouse);
     let Some(target) = app.hovered_in_panel.or(app.hovered_in_picture) else { return };
     let painter = ui.painter_at(rect);
     for shape in target.shapes(scene) {
@@ -174,8 +175,9 @@ fn hovered_things(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect) {
 const RIM: f32 = 7.0;
 
 /// Drags the rim of a light: its radius follows the mouse. A double click goes back to the file's.
-fn light_rim(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, out: &mut Vec<Command>) {
-    let (Some(geometry), Some(pointer)) = (app.geometry, ui.input(|i| i.pointer.latest_pos())) else { return };
+/// Returns the light whose rim the mouse is on.
+fn light_rim(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, out: &mut Vec<Command>) -> Option<Target> {
+    let (Some(geometry), Some(pointer)) = (app.geometry, ui.input(|i| i.pointer.latest_pos())) else { return None };
     let scene = &app.document.scene;
     let id = ui.scope_id().with("light rim");
     let dragged = app.dragged_light.filter(|_| ui.ctx().is_being_dragged(id));
@@ -189,9 +191,9 @@ fn light_rim(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, out: &mut Vec<Comma
     };
     let near =
         |shape: &usize| outline(*shape).is_some_and(|(middle, radius)| (middle.distance(pointer) - radius).abs() < RIM);
-    let Some(shape) = dragged.or_else(|| scene.light_shapes().find(near)) else { return };
+    let shape = dragged.or_else(|| scene.light_shapes().find(near))?;
     if dragged.is_none() && !rect.contains(pointer) {
-        return;
+        return None;
     }
     app.dragged_light = Some(shape);
     let handle = egui::Rect::from_center_size(pointer, egui::Vec2::splat(2.0 * RIM)).intersect(rect);
@@ -212,6 +214,7 @@ fn light_rim(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, out: &mut Vec<Comma
         let original = original.unwrap_or(radius);
         out.push(Command::SetLightRadius(shape, wanted.clamp(0.1 * original, 10.0 * original)));
     }
+    (response.hovered() || response.dragged()).then_some(Target::Light(shape))
 }
 
 /// Over the picture: what could not be opened, rendered or drawn.

@@ -11,7 +11,7 @@ use crate::files::Files;
 use crate::prefs::SavePrefs;
 use crate::table_job::TableJob;
 use crate::theme::{GRID, Inks, medium};
-use crate::widgets::{caption, seconds, wide_button};
+use crate::widgets::{caption, seconds, wide_button, with_error};
 
 /// Everything about the table.
 #[derive(Default)]
@@ -185,8 +185,8 @@ fn table_grid(ui: &mut Ui, table: &Table) {
 fn cell_ui(ui: &mut Ui, cell: &Cell) {
     let cross = if cell.cross { "\u{d7}" } else { "  " };
     let text = match (cell.rel_mse, cell.standard_error) {
-        (Some(value), Some(error)) => format!("{cross}  {value:.2e} \u{b1} {error:.0e}"),
-        (Some(value), None) => format!("{cross}  {value:.2e}"),
+        (Some(value), Some(error)) => format!("{cross}  {}", with_error(value, error)),
+        (Some(value), None) => format!("{cross}  {value:.4}"),
         _ => format!("{cross}  no pixels"),
     };
     let text = RichText::new(text);
@@ -209,13 +209,14 @@ fn export_ui(ui: &mut Ui, result: &TableResult, save: &SavePrefs, files: &Files)
         }
         ui.separator();
         ui.label("Save");
-        let formats: [(&str, &'static str, fn(&Table) -> String); 3] =
-            [(".md", "md", Table::to_markdown), (".csv", "csv", Table::to_csv), (".json", "json", Table::to_json)];
-        for (label, extension, text) in formats {
+        let mut save_text = |label: &str, extension, text: &dyn Fn() -> String| {
             if ui.button(label).clicked() {
-                files.save_text(save.folder.clone(), "veach_table".into(), extension, text(table));
+                files.save_text(save.folder.clone(), "veach_table".into(), extension, text());
             }
-        }
+        };
+        save_text(".md", "md", &|| table.to_markdown());
+        save_text(".csv", "csv", &|| table.to_csv());
+        save_text(".json", "json", &|| table.to_json());
         if ui.button("the four EXRs").on_hover_text("Under the tutorial's names, over older ones.").clicked() {
             let names = TutorialRun::ALL.iter().map(|run| run.file);
             files.save_tutorial(save.folder.clone(), names.zip(result.frames.iter().cloned()).collect());
