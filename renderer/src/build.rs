@@ -267,8 +267,8 @@ fn parallelogram(a: [u32; 3], b: [u32; 3], corner: impl Fn(u32) -> Option<Vec3>)
     (q - p == s - r && r - p == s - q).then_some([p, q, r])
 }
 
-/// Offset for rays that leave a surface: a few f32 roundings at the size of the scene, seen from
-/// the camera.
+/// Offset for rays that leave a surface: ten f32 roundings at the size of the scene, seen from the
+/// camera. No more, since it moves the edges of shadows by as much.
 fn ray_epsilon(geometry: &Geometry, lights: &[Light], eye: Vec3) -> f32 {
     let (min, max) = geometry.bounds();
     let mut extent = eye.abs().max_element();
@@ -282,5 +282,5 @@ fn ray_epsilon(geometry: &Geometry, lights: &[Light], eye: Vec3) -> f32 {
             extent = extent.max(b.center.abs().max_element() + b.radius);
         }
     }
-    4e-6 * extent
+    1e-6 * extent
 }

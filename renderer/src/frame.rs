@@ -99,7 +99,7 @@ pub struct FrameStats {
     pub paths: u64,
     /// Wall-clock seconds spent rendering, pauses left out.
     pub render_seconds: f64,
-    /// The same summed over threads.
+    /// Processor time spent rendering, summed over threads.
     pub cpu_seconds: f64,
     /// Worker threads.
     pub threads: usize,

@@ -15,6 +15,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use arc_swap::ArcSwapOption;
+use cpu_time::ThreadTime;
 use thread_priority::ThreadPriority;
 
 use crate::build::BuiltScene;
@@ -407,7 +408,7 @@ impl Shared {
     /// Renders one tile; true if there is news for the window.
     fn render(&self, task: TileTask) -> bool {
         let TileTask { picture, job, index, rect, count, request, scene, tile, recycled } = task;
-        let start = Instant::now();
+        let start = ThreadTime::now();
         // Frames share tiles: one that is shared is copied before it is written to.
         let mut retired = None;
         let mut tile = match tile {
