@@ -3,6 +3,11 @@
 //! What was asked for goes to standard output and nothing else does; messages, warnings and progress go to standard
 //! error. Exit code 0: done; 1: it failed; 2: the arguments cannot be used.
 
+#![warn(
+    clippy::print_stdout,
+    reason = "`println!` panics when the reader of a pipe goes away: `mislab info FILE | head -1`"
+)]
+
 mod args;
 mod argv;
 mod compare;

@@ -53,8 +53,11 @@ impl Image {
     /// # Panics
     /// If it cannot be written.
     pub fn dump(&self, name: &str) -> PathBuf {
-        // Tests of this package find it in their environment; fall back on the system's folder.
-        let folder = option_env!("CARGO_TARGET_TMPDIR").map_or_else(std::env::temp_dir, PathBuf::from);
+        // A test's executable lies in target/PROFILE/deps; target/tmp is for its files.
+        let executable = std::env::current_exe().ok();
+        let target = executable.as_deref().and_then(|path| path.ancestors().nth(3));
+        let folder = target.map_or_else(std::env::temp_dir, |target| target.join("tmp"));
+        std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
         let path = folder.join(format!("{name}.exr"));
         let list = self
             .channels

@@ -455,7 +455,7 @@ impl Point {
             .map(|body| Chart { world, lobes: &lobes, p, n, wo, body })
             .collect();
         // Narrow lobes must not slip between the nodes of the first, coarse grid.
-        let cells = if lobes.specular_prob > 0.0 && lobes.alpha < 0.02 { 64 } else { 16 };
+        let cells = if lobes.specular_prob > 0.0 && lobes.alpha < 0.015 { 64 } else { 8 };
         let nodes = quadrature::nodes(&charts, cells, TOLERANCE);
         let atom = lobes.is_mirror().then(|| {
             let mirrored = n * (2.0 * n.dot(wo)) - wo;

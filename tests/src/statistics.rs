@@ -48,7 +48,7 @@ pub fn normal_upper_quantile(p: f64) -> f64 {
         ];
         const D: [f64; 8] = [
             1.0,
-            2.053_191_626_637_758_8,
+            2.053_191_626_637_759,
             1.676_384_830_183_803_8,
             0.689_767_334_985_1,
             0.148_103_976_427_480_08,
@@ -110,6 +110,12 @@ impl Family {
         let label = format!("{}: {measured:.6e}, expected {expected:.6e} +- {standard_error:.1e}", label.into());
         // A NaN has to fail.
         self.scores.push((if z.is_nan() { f64::INFINITY } else { z }, label));
+    }
+
+    /// Adds the test that `measured` is `expected` up to a systematic difference of `allowance`, and noise.
+    pub fn test_within(&mut self, label: impl Into<String>, measured: f64, expected: f64, allowance: f64, error: f64) {
+        let nearest = expected + (measured - expected).clamp(-allowance, allowance);
+        self.test(label, measured, nearest, error);
     }
 
     /// How many tests there are.

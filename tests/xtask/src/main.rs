@@ -1,10 +1,11 @@
 //! Chores of the project: `cargo xtask test` and `cargo xtask screenshot`. No dependencies, so that it starts at once.
 
+mod isolated;
 mod needs;
 mod screenshot;
 mod testing;
 
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 const USAGE: &str = "\
 cargo xtask test [ARGS]   install or name what the tests need, then run them all; ARGS go to
@@ -28,4 +29,9 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// The cargo that runs this.
+fn cargo() -> Command {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }

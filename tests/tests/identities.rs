@@ -1,0 +1,331 @@
+//! What must hold exactly, or between two renderings.
+
+use std::num::NonZeroU32;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::Vec3;
+use mislab_renderer::kernel::Lanewise;
+use mislab_renderer::{
+    Bsdf, Channel, Frame, Heuristic, Layer, OneSampleWeights, Pace, Picture, Renderer, Request, SamplerKind,
+    SamplerSettings, Scene, Settings, State, Strategy, progressive,
+};
+use mislab_tests::experiment::{independent, render, render_on, veach};
+use mislab_tests::statistics::Family;
+
+/// A picture small enough to be rendered many times, with edges that fill no block or tile.
+const SIZE: [u32; 2] = [109, 75];
+
+fn settings(strategy: Strategy) -> Settings {
+    Settings { strategy, spp: NonZeroU32::new(16), seed: 5, resolution: SIZE, ..Settings::default() }
+}
+
+fn plastic() -> Scene {
+    mislab_renderer::pbrt::embedded_plastic_scene().scene
+}
+
+/// All scenes and strategies that bits are compared over.
+fn cases() -> Vec<(Arc<Scene>, Settings)> {
+    let (veach, plastic) = (Arc::new(veach()), Arc::new(plastic()));
+    let mut cases = Vec::new();
+    for strategy in Strategy::ALL {
+        for kind in SamplerKind::ALL {
+            let base = settings(strategy);
+            let sampler = SamplerSettings { kind, ..base.sampler };
+            let scene = if kind == SamplerKind::Sobol { &plastic } else { &veach };
+            cases.push((scene.clone(), Settings { sampler, ..base }));
+        }
+    }
+    cases
+}
+
+fn bits(frame: &Frame) -> Vec<u32> {
+    Channel::ALL.iter().flat_map(|&channel| frame.channel(channel)).map(f32::to_bits).collect()
+}
+
+fn layer_bits(frame: &Frame, layer: Layer) -> Vec<u32> {
+    layer.channels().iter().flat_map(|&channel| frame.channel(channel)).map(f32::to_bits).collect()
+}
+
+#[test]
+fn one_sample_model_is_a_single_technique_at_the_ends_of_c() {
+    for scene in [Arc::new(veach()), Arc::new(plastic())] {
+        for (light_prob, single) in [(1.0, Strategy::Light), (0.0, Strategy::Bsdf)] {
+            let expected = render(&scene, &settings(single));
+            for heuristic in Heuristic::ALL {
+                let mixed = Settings { light_prob, heuristic, ..settings(Strategy::Mis) };
+                let frame = render(&scene, &mixed);
+                for layer in Layer::ALL {
+                    assert_eq!(
+                        layer_bits(&frame, layer),
+                        layer_bits(&expected, layer),
+                        "c = {light_prob}, {}: {layer:?} differs from `{}`",
+                        heuristic.name(),
+                        single.name()
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn layers_sum_to_the_picture() {
+    for (scene, settings) in cases() {
+        let frame = render(&scene, &settings);
+        // With black materials only the lights themselves are seen.
+        let mut dark = (*scene).clone();
+        for material in &mut dark.materials {
+            material.bsdf = Bsdf::Matte { kd: Vec3::ZERO };
+        }
+        let emission = render(&Arc::new(dark), &settings);
+        let mut lit = 0;
+        for (picture, light, bsdf) in [
+            (Channel::R, Channel::LightR, Channel::BsdfR),
+            (Channel::G, Channel::LightG, Channel::BsdfG),
+            (Channel::B, Channel::LightB, Channel::BsdfB),
+        ] {
+            let visible = emission.channel(picture);
+            let [picture, light, bsdf] = [picture, light, bsdf].map(|c| frame.channel(c));
+            for i in 0..picture.len() {
+                let sum = f64::from(light[i]) + f64::from(bsdf[i]) + f64::from(visible[i]);
+                let difference = (sum - f64::from(picture[i])).abs();
+                assert!(difference <= 3e-7 * sum, "{}, pixel {i}: {sum} and {}", settings.strategy.name(), picture[i]);
+                lit += usize::from(visible[i] > 0.0);
+            }
+        }
+        assert!(lit > 0, "the lights are in the picture");
+    }
+}
+
+#[test]
+fn doubled_radiance_doubles_the_picture_exactly() {
+    for (scene, settings) in cases() {
+        let mut bright = (*scene).clone();
+        for light in bright.shapes.iter_mut().filter_map(|shape| shape.light.as_mut()) {
+            light.radiance *= 2.0;
+        }
+        let frame = render(&scene, &settings);
+        let double = render(&Arc::new(bright), &settings);
+        for &channel in &Channel::ALL {
+            let factor = match channel {
+                Channel::VarianceY => 4.0,
+                Channel::WeightLightY | Channel::WeightBsdfY | Channel::ShareLightY => 1.0,
+                _ => 2.0,
+            };
+            for (i, (a, b)) in frame.channel(channel).into_iter().zip(double.channel(channel)).enumerate() {
+                let same = (factor * a).to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+                assert!(same, "{}, {}, pixel {i}: {a} and {b}", settings.strategy.name(), channel.exr_name());
+            }
+        }
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    for (scene, settings) in cases() {
+        let expected = bits(&render_on(1, &scene, &settings));
+        for threads in [2, 3, 7] {
+            assert_eq!(
+                bits(&render_on(threads, &scene, &settings)),
+                expected,
+                "{} with {} at {threads} threads",
+                settings.strategy.name(),
+                settings.sampler.kind.name()
+            );
+        }
+    }
+}
+
+/// Waits until the picture is in a state; a hung renderer has to fail, not to hang.
+fn wait(picture: &Picture, what: &str, done: impl Fn(&mislab_renderer::Status) -> bool) {
+    let start = Instant::now();
+    loop {
+        let status = picture.status();
+        assert!(status.error.is_none(), "{what}: {status:?}");
+        if done(&status) {
+            return;
+        }
+        assert!(start.elapsed() < Duration::from_secs(120), "{what} was never reached: {status:?}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn finished(picture: &Picture) -> Arc<Frame> {
+    wait(picture, "the spp target", |status| status.state == State::Finished);
+    picture.latest().expect("a finished picture has a frame")
+}
+
+#[test]
+fn history_does_not_change_a_bit() {
+    let scene = Arc::new(veach());
+    let request = Request { scene: scene.clone(), settings: settings(Strategy::MisAll) };
+    let other = Request { scene: Arc::new(plastic()), settings: settings(Strategy::Mis) };
+    let expected = bits(&render_on(1, &scene, &request.settings));
+    let renderer = Renderer::new(3, || {});
+    let picture = renderer.add_picture();
+
+    picture.submit(request.clone());
+    assert_eq!(bits(&finished(&picture)), expected, "in a window");
+
+    picture.restart();
+    assert_eq!(bits(&finished(&picture)), expected, "after a restart");
+
+    // Cancelled in all kinds of places, by another scene, another strategy, and by itself.
+    for _ in 0..20 {
+        picture.submit(other.clone());
+        std::thread::yield_now();
+        picture.submit(request.clone());
+        picture.restart();
+    }
+    assert_eq!(bits(&finished(&picture)), expected, "after being cancelled");
+
+    picture.set_pace(Pace::Paused);
+    picture.restart();
+    for pass in 1..=5 {
+        wait(&picture, "a pause", |status| status.state == State::Paused && status.spp == pass);
+        if pass < 5 {
+            picture.step();
+        }
+    }
+    picture.set_pace(Pace::Full);
+    assert_eq!(bits(&finished(&picture)), expected, "after pause, steps and going on");
+
+    // A smaller target first, then more of the same.
+    let fewer = Settings { spp: NonZeroU32::new(3), ..request.settings.clone() };
+    picture.submit(Request { settings: fewer.clone(), ..request.clone() });
+    assert_eq!(bits(&finished(&picture)), bits(&render_on(1, &scene, &fewer)), "with a smaller target");
+    picture.submit(request.clone());
+    wait(&picture, "the larger target", |status| status.state == State::Finished && status.spp == 16);
+    assert_eq!(bits(&finished(&picture)), expected, "continued from a smaller target");
+}
+
+#[test]
+fn pictures_side_by_side_do_not_change_a_bit() {
+    let cases: Vec<_> = cases().into_iter().step_by(3).collect();
+    assert_eq!(cases.len(), 4, "one case of each strategy");
+    let renderer = Renderer::new(3, || {});
+    let pictures: Vec<_> = cases.iter().map(|_| renderer.add_picture()).collect();
+    for (picture, (scene, settings)) in pictures.iter().zip(&cases) {
+        picture.submit(Request { scene: scene.clone(), settings: settings.clone() });
+    }
+    for (picture, (scene, settings)) in pictures.iter().zip(&cases) {
+        assert_eq!(bits(&finished(picture)), bits(&render_on(1, scene, settings)), "{}", settings.strategy.name());
+    }
+}
+
+#[test]
+fn crop_window_is_a_part_of_the_full_image() {
+    for (scene, settings) in cases() {
+        let full = render(&scene, &settings);
+        let crop = render(&scene, &Settings { crop: [0.13, 0.71, 0.27, 0.88], ..settings.clone() });
+        let bounds = crop.bounds();
+        assert!(bounds.area() > 1000 && bounds.area() < full.bounds().area(), "the crop window crops");
+        for &channel in &Channel::ALL {
+            let part = crop.channel(channel);
+            for (i, value) in part.into_iter().enumerate() {
+                let (x, y) = (bounds.min[0] + i as u32 % bounds.width(), bounds.min[1] + i as u32 / bounds.width());
+                let expected = full.pixel(x, y, channel).expect("the pixel is in the full image");
+                assert_eq!(value.to_bits(), expected.to_bits(), "{} at {x}, {y}", channel.exr_name());
+            }
+        }
+    }
+}
+
+#[test]
+fn vector_units_agree_with_scalar_code() {
+    // Fused operations round differently, and now and then a ray at an edge goes the other way: all
+    // but a few pixels agree closely, and those few do not move the mean.
+    let (mut off, mut pixels) = (0, 0);
+    for (scene, settings) in cases() {
+        let request = Request { scene, settings };
+        let wide = progressive::render(&request, 0, &mut |_| true).expect("the request can be rendered");
+        let single =
+            progressive::render_with(&request, 0, Lanewise::Single, &mut |_| true).expect("in scalar code too");
+        let (a, b) = (wide.channel(Channel::G), single.channel(Channel::G));
+        for (a, b) in a.iter().zip(&b) {
+            pixels += 1;
+            off += usize::from((a - b).abs() > 2e-3 * a.max(*b));
+        }
+        let mean = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
+        let (a, b) = (mean(&a), mean(&b));
+        let name = request.settings.strategy.name();
+        assert!((a - b).abs() < 1e-3 * a, "{name} with {}: {a} and {b}", request.settings.sampler.kind.name());
+    }
+    println!("{off} of {pixels} pixels differ");
+    assert!(off * 200 < pixels, "{off} of {pixels} pixels differ by more than 0.2 %");
+}
+
+/// Mean of a picture's green channel over `seeds`, its standard error, and the variance of a pixel
+/// over seeds. Pixels and seeds are independent, whatever the sampler does inside a pixel.
+fn over_seeds(scene: &Arc<Scene>, settings: &Settings, seeds: u32) -> (f64, f64, f64) {
+    let frames: Vec<_> = (0..seeds)
+        .map(|s| render(scene, &Settings { seed: 100 + s, ..settings.clone() }).channel(Channel::G))
+        .collect();
+    let (n, pixels) = (f64::from(seeds), frames[0].len() as f64);
+    let (mut total, mut variance) = (0.0, 0.0);
+    for i in 0..frames[0].len() {
+        let mean = frames.iter().map(|f| f64::from(f[i])).sum::<f64>() / n;
+        variance += frames.iter().map(|f| (f64::from(f[i]) - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        total += mean;
+    }
+    let variance = variance / pixels;
+    (total / pixels, (variance / (n * pixels)).sqrt(), variance)
+}
+
+#[test]
+fn samplers_agree_and_stratification_pays() {
+    let scene = Arc::new(veach());
+    let mut family = Family::new("samplers against each other");
+    for strategy in [Strategy::Light, Strategy::MisAll, Strategy::Mis] {
+        // Part of the wall: smooth, and every light in sight.
+        let base = Settings { strategy, crop: [0.45, 0.53, 0.1, 0.18], ..Settings::default() };
+        let by = |kind: SamplerKind, spp: u32| {
+            let sampler = SamplerSettings { kind, ..base.sampler };
+            over_seeds(&scene, &Settings { sampler, spp: NonZeroU32::new(spp), ..base.clone() }, 24)
+        };
+        let independent = by(SamplerKind::Independent, 64);
+        let stratified = by(SamplerKind::Stratified, 64);
+        // Any prefix of the strata too: people stop early.
+        for (label, other) in [
+            ("stratified", stratified),
+            ("first 23 strata", by(SamplerKind::Stratified, 23)),
+            ("100 strata of 64", by(SamplerKind::Stratified, 100)),
+            ("sobol", by(SamplerKind::Sobol, 64)),
+            ("sobol, 23", by(SamplerKind::Sobol, 23)),
+        ] {
+            let label = format!("{}, {label}", strategy.name());
+            family.test(label, other.0, independent.0, independent.1.hypot(other.1));
+        }
+        let ratio = stratified.2 / independent.2;
+        println!("{}: stratified / independent variance {ratio:.3}", strategy.name());
+        assert!(ratio < 0.8, "{}: stratification leaves {ratio:.3} of the variance", strategy.name());
+    }
+    family.judge(15);
+}
+
+#[test]
+fn no_sample_is_invalid() {
+    let mut scenes = vec![("veach", veach()), ("plastic", plastic())];
+    for alpha in [1e-4, 1e-3, 1.1e-3, 1.0] {
+        let mut scene = veach();
+        for material in &mut scene.materials {
+            if let Some(a) = material.bsdf.alpha_mut() {
+                *a = alpha;
+            }
+        }
+        scenes.push(("other roughness", scene));
+    }
+    for (name, scene) in scenes {
+        let scene = Arc::new(scene);
+        for strategy in Strategy::ALL {
+            for heuristic in Heuristic::ALL {
+                for weights in OneSampleWeights::ALL {
+                    let settings = Settings { heuristic, weights, strategy, ..independent(16, 3, [160, 120]) };
+                    let frame = render(&scene, &settings);
+                    assert_eq!(frame.stats().invalid_samples, 0, "{name}, {settings:?}");
+                }
+            }
+        }
+    }
+}
