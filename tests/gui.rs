@@ -579,6 +579,33 @@ fn the_mouse_on_the_picture() {
 }
 
 #[test]
+fn trouble_with_the_graphics_device_is_said_and_survived() {
+    let device = std::sync::Arc::new(std::sync::Mutex::new(None));
+    let kept = device.clone();
+    let options = AppOptions { threads: 1, prefs: Some(Prefs::default()), ..AppOptions::default() };
+    let mut harness = Harness::builder().with_size([1280.0, 800.0]).wgpu().build_eframe(move |cc| {
+        let state = cc.wgpu_render_state.as_ref().expect("the harness has a device");
+        *kept.lock().expect("not poisoned") = Some(state.device.clone());
+        MisLabApp::new(cc, options)
+    });
+    harness.step();
+    // A buffer that cannot be mapped for reading and drawn from: the driver's error has no taker but ours.
+    let device = device.lock().expect("not poisoned").take().expect("set above");
+    let _ = device.create_buffer(&eframe::wgpu::BufferDescriptor {
+        label: None,
+        size: 16,
+        usage: eframe::wgpu::BufferUsages::MAP_READ | eframe::wgpu::BufferUsages::VERTEX,
+        mapped_at_creation: false,
+    });
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("Drawing without the graphics device").is_some());
+    assert!(harness.query_by_role_and_label(Role::Image, "Picture").is_some(), "the picture goes on");
+    harness.get_by_label("Close message").click_accesskit();
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("Drawing without the graphics device").is_none());
+}
+
+#[test]
 fn at_a_large_interface_scale_the_picture_stays() {
     let mut lab = Lab::with_size([1280.0, 720.0]);
     lab.apply(Command::ZoomInterface(Some(2.0)));

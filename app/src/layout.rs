@@ -25,7 +25,7 @@ pub fn window_ui(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
         if ui.available_width() > 620.0 {
             left_column(app, ui, out);
         }
-        if app.prefs.inspector && ui.available_width() > 640.0 {
+        if app.prefs.inspector && ui.available_width() > 760.0 {
             right_column(app, ui, out);
         }
     } else if ui.available_width() > 1.6 * ui.available_height() {

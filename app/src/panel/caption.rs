@@ -45,6 +45,10 @@ pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: Typ
     let digits = settings.spp.map_or(frame.spp(), |target| target.get()).to_string().len();
     let templates = [format!("{} spp", "8".repeat(digits)), "88.8 M rays".into(), "88.8 s".into()];
     for (text, template) in [spp, rays, time].iter().zip(templates) {
+        // Rather nothing than half a number.
+        if ui.available_width() < 5.0 * font.size {
+            return;
+        }
         cell(ui, text, &template, font.clone(), None, Align2::LEFT_CENTER);
     }
     if updating {
