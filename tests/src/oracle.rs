@@ -450,7 +450,7 @@ impl World {
 
 impl Point {
     fn new(world: &World, p: DVec3, n: DVec3, wo: DVec3, lobes: Lobes) -> Self {
-        let charts: Vec<Chart> = (0..world.bodies.len())
+        let charts: Vec<Chart<'_>> = (0..world.bodies.len())
             .filter(|&b| world.bodies[b].light.is_some())
             .map(|body| Chart { world, lobes: &lobes, p, n, wo, body })
             .collect();
