@@ -242,7 +242,8 @@ fn resolve_block(tile: &Tile, channel: Channel, block: usize, values: &mut [f32;
         }
     };
     for i in 0..PACKET {
-        values[i] = result[i] as f32;
+        // One NaN for all: the sign of 0 / 0 depends on whether it was worked out by the compiler.
+        values[i] = if result[i].is_nan() { f32::NAN } else { result[i] as f32 };
     }
 }
 

@@ -28,8 +28,11 @@ use crate::settings::{PixelRect, Settings};
 
 /// Longest time a worker holds a tile, in seconds: bounds the wait for a cancelled pass.
 const SLICE: f64 = 2e-3;
-/// Shortest time between two frames of a picture but its first, in seconds.
-const FRAME_INTERVAL: f64 = 1.0 / 60.0;
+/// Shortest time between two frames of a picture, in seconds, once the first few are out. Noise melts
+/// smoothly at this rate; more frames would take the time of samples where the window is drawn in software.
+const FRAME_INTERVAL: f64 = 1.0 / 30.0;
+/// Samples per pixel up to which every pass is a frame.
+const FIRST_FRAMES: u32 = 4;
 /// Panics of one generation after which it is given up.
 const MAX_PANICS: u64 = 3;
 
@@ -620,7 +623,8 @@ impl Job {
         let now = Instant::now();
         self.render_seconds += (now - pass.start).as_secs_f64();
         self.pass = None;
-        let due = self.last_publish.is_none_or(|last| (now - last).as_secs_f64() >= FRAME_INTERVAL);
+        let due = self.samples <= FIRST_FRAMES
+            || self.last_publish.is_none_or(|last| (now - last).as_secs_f64() >= FRAME_INTERVAL);
         Some((due || self.finished()).then(|| {
             self.last_publish = Some(now);
             self.published = self.samples;
