@@ -465,7 +465,8 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
     let result = catch_unwind(AssertUnwindSafe(|| eframe::run_native("mislab", native, create)));
     let reason = match result {
         Ok(Ok(())) => return Ok(()),
-        Ok(Err(eframe::Error::WinitEventLoop(error))) => format!("no display to open a window on ({error})"),
+        // What the library adds names its own source files.
+        Ok(Err(eframe::Error::WinitEventLoop(_))) => "no display to open a window on".to_owned(),
         Ok(Err(eframe::Error::Winit(error))) => format!("the window could not be opened ({error})"),
         Ok(Err(eframe::Error::Wgpu(error))) => format!("no graphics to draw with ({error})"),
         Ok(Err(error)) => format!("the window could not be opened ({error})"),

@@ -1,13 +1,12 @@
 //! Files, off the UI thread: dialogs, opening, snapshots. Results come back as events.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use mislab_renderer::snapshot::{self, SaveOptions};
+use mislab_renderer::snapshot::{self, SaveOptions, write_file};
 use mislab_renderer::{Error, Frame, pbrt};
 
 use crate::command::Shipped;
@@ -136,7 +135,7 @@ impl Files {
     pub fn save_text(&self, folder: PathBuf, stem: String, extension: &'static str, text: String) {
         self.start("save text", move || {
             let path = next_free(&folder, &stem, &[extension]);
-            Some(match write_atomically(&path, text.as_bytes()) {
+            Some(match write_file(&path, text.as_bytes()) {
                 Ok(()) => FileEvent::TableSaved(format!("Saved {}", path.display())),
                 Err(error) => FileEvent::TableNotSaved(error.to_string()),
             })
@@ -217,7 +216,7 @@ impl SaveJob {
             let (width, height, rgba) = render_to_rgba8(&frame, &view, dark);
             let path = path.with_extension("png");
             let bytes = png_file::encode(width, height, &rgba).map_err(|e| Error::file(&path, e.to_string()))?;
-            write_atomically(&path, &bytes)?;
+            write_file(&path, &bytes)?;
         }
         Ok((path, saved.notice))
     }
@@ -230,21 +229,6 @@ pub fn next_free(folder: &Path, stem: &str, extensions: &[&str]) -> PathBuf {
     let free = |n: &u32| extensions.iter().all(|e| !folder.join(format!("{}.{e}", name(*n))).exists());
     let n = (1..=u32::MAX).find(free).unwrap_or(u32::MAX);
     folder.join(format!("{}.{}", name(n), extensions[0]))
-}
-
-/// Writes a file that is there whole or not at all.
-fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let failed = |source| Error::io(path, "save", source);
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    // Temporary files are private by default; a saved picture is as readable as the user's files are.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder).map_err(failed)?;
-    file.write_all(bytes).map_err(failed)?;
-    file.as_file().sync_all().map_err(failed)?;
-    file.persist(path).map_err(|e| failed(e.error))?;
-    Ok(())
 }
 
 #[cfg(test)]
