@@ -24,6 +24,7 @@ pub mod estimator;
 pub mod film;
 pub mod frame;
 pub mod geometry;
+mod job;
 pub mod kernel;
 pub mod lanes;
 pub mod light;

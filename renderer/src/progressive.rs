@@ -9,7 +9,6 @@
 //! submit. Tiles are rendered, scenes built and frames looked at without it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -22,17 +21,11 @@ use crate::build::BuiltScene;
 use crate::error::Error;
 use crate::film::Tile;
 use crate::frame::{Frame, FrameStats};
+use crate::job::{Job, Pass, recycle};
 use crate::kernel::{Lanewise, render_tile};
 use crate::scene::Scene;
 use crate::settings::{PixelRect, Settings};
 
-/// Longest time a worker holds a tile, in seconds: bounds the wait for a cancelled pass.
-const SLICE: f64 = 2e-3;
-/// Shortest time between two frames of a picture, in seconds, once the first few are out. Noise melts
-/// smoothly at this rate; more frames would take the time of samples where the window is drawn in software.
-const FRAME_INTERVAL: f64 = 1.0 / 30.0;
-/// Samples per pixel up to which every pass is a frame.
-const FIRST_FRAMES: u32 = 4;
 /// Panics of one generation after which it is given up.
 const MAX_PANICS: u64 = 3;
 
@@ -52,7 +45,7 @@ impl Request {
         settings == other.settings && (Arc::ptr_eq(&self.scene, &other.scene) || self.scene == other.scene)
     }
 
-    fn target(&self) -> Option<u32> {
+    pub(crate) fn target(&self) -> Option<u32> {
         self.settings.spp.map(std::num::NonZeroU32::get)
     }
 }
@@ -139,33 +132,6 @@ struct PictureState {
     retired: Vec<Arc<Tile>>,
 }
 
-/// One generation being rendered.
-struct Job {
-    id: u64,
-    generation: u64,
-    request: Arc<Request>,
-    scene: Arc<BuiltScene>,
-    bounds: PixelRect,
-    rects: Arc<Vec<PixelRect>>,
-    /// `None` while a worker has it, or before its first sample.
-    tiles: Vec<Option<Arc<Tile>>>,
-    samples: u32,
-    pass: Option<Pass>,
-    published: u32,
-    last_publish: Option<Instant>,
-    last_start: Option<Instant>,
-    render_seconds: f64,
-    cpu_seconds: f64,
-    invalid: u64,
-}
-
-struct Pass {
-    count: u32,
-    next_tile: usize,
-    done: usize,
-    start: Instant,
-}
-
 /// Something for a worker to do, taken from the core under its lock.
 #[expect(clippy::large_enum_variant, reason = "moved once per task, never stored")]
 enum Task {
@@ -184,8 +150,6 @@ struct TileTask {
     tile: Option<Arc<Tile>>,
     recycled: Option<Tile>,
 }
-
-static NEXT_JOB: AtomicU64 = AtomicU64::new(1);
 
 impl Renderer {
     /// Starts `threads` workers (0: one per core). `wake` is called from a worker whenever a new
@@ -564,95 +528,6 @@ impl PictureState {
             self.job = job.map(|(generation, request, scene)| Job::new(generation, request, scene));
         }
         self.error = Some(message);
-    }
-}
-
-/// A buffer that no frame shares any more, preferably of a tile of the same size.
-fn recycle(retired: &mut Vec<Arc<Tile>>, rect: PixelRect) -> Option<Tile> {
-    let fits = |t: &Arc<Tile>| {
-        Arc::strong_count(t) == 1 && t.bounds.width() == rect.width() && t.bounds.height() == rect.height()
-    };
-    let at = retired.iter().position(fits)?;
-    Arc::try_unwrap(retired.swap_remove(at)).ok()
-}
-
-impl Job {
-    fn new(generation: u64, request: Arc<Request>, scene: Arc<BuiltScene>) -> Self {
-        let bounds = request.settings.pixel_bounds();
-        let rects = Arc::new(Tile::cut(bounds));
-        Self {
-            id: NEXT_JOB.fetch_add(1, Ordering::Relaxed),
-            generation,
-            request,
-            scene,
-            bounds,
-            tiles: rects.iter().map(|_| None).collect(),
-            rects,
-            samples: 0,
-            pass: None,
-            published: 0,
-            last_publish: None,
-            last_start: None,
-            render_seconds: 0.0,
-            cpu_seconds: 0.0,
-            invalid: 0,
-        }
-    }
-
-    fn finished(&self) -> bool {
-        self.request.target().is_some_and(|target| self.samples >= target) || self.samples == u32::MAX
-    }
-
-    /// Samples per pixel of the next pass: as many as fit between two frames, and into a slice.
-    fn burst(&self) -> u32 {
-        let per_sample = self.render_seconds / f64::from(self.samples);
-        let per_tile = self.cpu_seconds / f64::from(self.samples) / self.rects.len() as f64;
-        let fitting = (FRAME_INTERVAL / per_sample).min(SLICE / per_tile).clamp(1.0, 4096.0) as u32;
-        let left = self.request.target().unwrap_or(u32::MAX) - self.samples;
-        fitting.min(left)
-    }
-
-    /// Counts a tile in. `Some` at the end of a pass, with the totals if a frame is due.
-    fn finish_tile(&mut self) -> Option<Option<FrameStats>> {
-        let pass = self.pass.as_mut()?;
-        pass.done += 1;
-        if pass.done < self.rects.len() {
-            return None;
-        }
-        self.samples += pass.count;
-        let now = Instant::now();
-        self.render_seconds += (now - pass.start).as_secs_f64();
-        self.pass = None;
-        let due = self.samples <= FIRST_FRAMES
-            || self.last_publish.is_none_or(|last| (now - last).as_secs_f64() >= FRAME_INTERVAL);
-        Some((due || self.finished()).then(|| {
-            self.last_publish = Some(now);
-            self.published = self.samples;
-            self.stats()
-        }))
-    }
-
-    fn stats(&self) -> FrameStats {
-        let rays = u64::from(self.request.settings.strategy.rays_per_sample());
-        FrameStats {
-            paths: self.bounds.area() as u64 * u64::from(self.samples) * rays,
-            render_seconds: self.render_seconds,
-            cpu_seconds: self.cpu_seconds,
-            threads: 0,
-            simd: "",
-            invalid_samples: self.invalid,
-        }
-    }
-
-    fn frame(&self, stats: FrameStats) -> Frame {
-        Frame {
-            request: self.request.clone(),
-            generation: self.generation,
-            spp: self.samples,
-            bounds: self.bounds,
-            stats,
-            tiles: self.tiles.iter().flatten().cloned().collect(),
-        }
     }
 }
 
