@@ -43,11 +43,7 @@ impl Planes {
     pub fn from_frame(frame: &Frame, layer: Layer) -> Self {
         let (bounds, channels) = (frame.bounds(), layer.channels());
         let mut data = vec![0.0; channels.len() * bounds.area()];
-        if bounds.area() > 0 {
-            for (plane, channel) in data.chunks_exact_mut(bounds.area()).zip(channels) {
-                frame.resolve(*channel, plane);
-            }
-        }
+        frame.resolve(channels, &mut data);
         Self::new(layer, bounds, frame.request().settings.resolution, data)
     }
 

@@ -203,11 +203,11 @@ impl Tile {
         if self.draws[1] { self.bsdf.block(self.samples, block, channel) } else { [0.0; PACKET] }
     }
 
-    /// The same of the directly visible emission.
+    /// The same of the directly visible emission; `None` where no light has been seen.
     #[inline(always)]
-    pub(crate) fn emission(&self, block: usize, channel: usize) -> [f64; PACKET] {
+    pub(crate) fn emission(&self, block: usize, channel: usize) -> Option<[f64; PACKET]> {
         // Its buffers start as zeros, so the carries always mean something.
-        self.emission.as_ref().map_or([0.0; PACKET], |e| e.block(2, block, channel))
+        self.emission.as_ref().map(|e| e.block(2, block, channel))
     }
 
     /// Sums of the squared luminance of samples.

@@ -155,24 +155,29 @@ impl Frame {
         self.stats
     }
 
-    /// Writes one channel: `bounds().area()` values, row by row from the top left. Undefined
-    /// values (no sample of the technique carried light; variance of a single sample) are NaN.
+    /// Writes channels one after the other: `bounds().area()` values each, row by row from the top
+    /// left. Undefined values (no sample of the technique carried light; variance of a single
+    /// sample) are NaN.
     ///
     /// # Panics
     /// If `out` has another length.
-    pub fn resolve(&self, channel: Channel, out: &mut [f32]) {
-        assert_eq!(out.len(), self.bounds.area(), "one value per pixel of the frame");
+    pub fn resolve(&self, channels: &[Channel], out: &mut [f32]) {
+        let area = self.bounds.area();
+        assert_eq!(out.len(), channels.len() * area, "one value per channel and pixel of the frame");
         let level = Level::new();
+        // Tile by tile, so that all channels of a tile are worked out while its sums are in the cache.
         for tile in &self.tiles {
-            // Dispatched so that the plain loops inside are vectorised for this machine.
-            dispatch!(level, _simd => resolve_tile(tile, channel, self.bounds, out));
+            for (plane, &channel) in out.chunks_exact_mut(area).zip(channels) {
+                // Dispatched so that the plain loops inside are vectorised for this machine.
+                dispatch!(level, _simd => resolve_tile(tile, channel, self.bounds, plane));
+            }
         }
     }
 
     /// One channel as by [`Self::resolve`].
     pub fn channel(&self, channel: Channel) -> Vec<f32> {
         let mut out = vec![0.0; self.bounds.area()];
-        self.resolve(channel, &mut out);
+        self.resolve(&[channel], &mut out);
         out
     }
 
@@ -251,7 +256,11 @@ type Block = [f64; PACKET];
 
 #[inline(always)]
 fn total(tile: &Tile, block: usize, channel: usize) -> Block {
-    plus(&plus(&tile.light(block, channel), &tile.bsdf(block, channel)), &tile.emission(block, channel))
+    let reflected = plus(&tile.light(block, channel), &tile.bsdf(block, channel));
+    match tile.emission(block, channel) {
+        Some(emission) => plus(&reflected, &emission),
+        None => reflected,
+    }
 }
 
 #[inline(always)]
@@ -265,9 +274,11 @@ fn plus(a: &Block, b: &Block) -> Block {
 
 #[inline(always)]
 fn scaled(a: &Block, spp: f64) -> Block {
+    // A division costs several multiplications, and its f64 rounding is lost in the f32 result.
+    let per_sample = 1.0 / spp;
     let mut mean = [0.0; PACKET];
     for i in 0..PACKET {
-        mean[i] = a[i] / spp;
+        mean[i] = a[i] * per_sample;
     }
     mean
 }
