@@ -76,7 +76,7 @@ pub struct MisLabApp {
     pub(crate) open_sheet: Option<OpenSheet>,
     pub(crate) help: bool,
     pub(crate) open_error: Option<OpenError>,
-    pub(crate) save_result: Option<Result<String, String>>,
+    pub(crate) save_error: Option<String>,
     pub(crate) gpu_error: Option<String>,
     pub(crate) notices: Vec<Notice>,
     gpu_trouble: GpuTrouble,
@@ -137,7 +137,7 @@ impl MisLabApp {
             open_sheet: None,
             help: false,
             open_error,
-            save_result: None,
+            save_error: None,
             gpu_error: None,
             notices: Vec::new(),
             gpu_trouble,
@@ -264,7 +264,11 @@ impl MisLabApp {
                 // Steps of a twentieth: what comes back from five steps up and five down is 1.
                 let zoom = (zoom * 20.0).round() / 20.0;
                 self.prefs.zoom = zoom.clamp(*Prefs::ZOOM.start(), *Prefs::ZOOM.end());
-                ctx.set_zoom_factor(self.prefs.zoom);
+                let room = self.zoom_room(ctx);
+                if self.prefs.zoom > room {
+                    self.prefs.zoom = room;
+                    self.say("No room for larger panels. Ctrl+B hides them: the projector view.");
+                }
             }
             Command::ToggleHelp => self.help = !self.help,
             Command::TogglePalette => {
@@ -273,6 +277,12 @@ impl MisLabApp {
             Command::ToggleTable => self.table.open = !self.table.open,
             _ => {}
         }
+    }
+
+    /// The largest interface scale at which both columns still fit beside the picture.
+    fn zoom_room(&self, ctx: &Context) -> f32 {
+        let points_at_one = ctx.content_rect().width() * ctx.zoom_factor();
+        if self.prefs.panels { (points_at_one / crate::layout::FULL_WIDTH).max(1.0) } else { *Prefs::ZOOM.end() }
     }
 
     fn say(&mut self, text: &str) {
@@ -295,7 +305,7 @@ impl MisLabApp {
 
     fn save(&mut self, ctx: &Context) {
         let Some(frame) = self.engine.current_frame() else {
-            self.save_result = Some(Err("the first picture with these settings is not complete yet".into()));
+            self.notices.push(Notice::failed("Not saved: the first picture with these settings is not complete yet"));
             return;
         };
         let stem = match self.prefs.save.stem.trim() {
@@ -324,11 +334,9 @@ impl MisLabApp {
             FileEvent::OpenFailed { path, message } => self.open_error = Some(OpenError { path, message }),
             FileEvent::Saved { path, notice } => {
                 let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into());
-                if !(self.prefs.panels && self.prefs.inspector) {
-                    self.say(&format!("Saved {name}"));
-                }
                 let notice = notice.map_or(String::new(), |n| format!(" ({n})"));
-                self.save_result = Some(Ok(format!("Saved {name}{notice}")));
+                self.say(&format!("Saved {name}{notice}"));
+                self.save_error = None;
             }
             FileEvent::TableSaved(what) => self.say(&what),
             FileEvent::TableNotSaved(message) => self.notices.push(Notice::failed(format!("Not saved: {message}"))),
@@ -336,7 +344,7 @@ impl MisLabApp {
                 if !(self.prefs.panels && self.prefs.inspector) {
                     self.notices.push(Notice::failed(format!("Not saved: {message}")));
                 }
-                self.save_result = Some(Err(message));
+                self.save_error = Some(message);
             }
         }
     }
@@ -349,6 +357,11 @@ impl MisLabApp {
         let dropped: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
         if let Some(path) = dropped.into_iter().next() {
             self.files.open(path);
+        }
+        // A scale kept from a larger screen must not push the panels out of a smaller one.
+        let zoom = self.prefs.zoom.min(self.zoom_room(ctx));
+        if (ctx.zoom_factor() - zoom).abs() > 1e-3 {
+            ctx.set_zoom_factor(zoom);
         }
         self.table.poll();
         let trouble = self.gpu_trouble.lock().unwrap_or_else(PoisonError::into_inner).take();

@@ -15,6 +15,9 @@ use crate::picking::{Projector, Target};
 use crate::theme::{GRID, TypeScale};
 use crate::viewport::legend_overlay;
 
+/// Width in points at which both columns stand beside the picture.
+pub const FULL_WIDTH: f32 = 1100.0;
+
 /// Draws the window and collects what the user wants.
 pub fn window_ui(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     let hall = app.scale() == TypeScale::Hall;
@@ -97,10 +100,10 @@ fn right_column(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
         formula::formula_ui(ui, &app.document.settings, TypeScale::Desk);
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            messages::warnings_ui(ui, &app.document.opened.warnings);
             display::display_ui(ui, &app.document.view, &app.document.opened.view, out);
             ui.add_space(GRID);
-            save::save_ui(ui, &mut app.prefs.save, &app.save_result, out);
-            messages::warnings_ui(ui, &app.document.opened.warnings);
+            save::save_ui(ui, &mut app.prefs.save, app.save_error.as_deref(), out);
         });
     });
 }
@@ -234,7 +237,7 @@ fn errors(app: &mut MisLabApp, ui: &mut Ui, rect: egui::Rect, _out: &mut Vec<Com
         }
         if let Some(error) = &app.open_error {
             let name = error.path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-            let remark = "The picture that was there stays.";
+            let remark = "The picture on screen stays.";
             if messages::error_strip(ui, &format!("{name} was not opened"), &error.message, remark) {
                 app.open_error = None;
             }
@@ -250,6 +253,11 @@ fn errors(app: &mut MisLabApp, ui: &mut Ui, rect: egui::Rect, _out: &mut Vec<Com
 
 fn sheets(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     let ctx = ui.ctx().clone();
+    let on_top = app.help || app.palette.is_some() || app.open_sheet.is_some();
+    if !on_top && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+        app.table.open = false;
+        app.open_error = None;
+    }
     if app.table.open {
         table::table_ui(&ctx, &mut app.table, &app.document.scene, &app.prefs.save, &app.files);
     }

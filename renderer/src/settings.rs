@@ -242,6 +242,18 @@ impl Settings {
     /// Most pixels of one picture: the accumulators take about 100 bytes each.
     pub const MAX_PIXELS: u64 = 1 << 25;
 
+    /// Why the expected picture is not the true one, if so: with weights that leave out c, a technique that is never
+    /// drawn takes its share of the light with it. (Mirrors are another matter: no light sample meets them.)
+    pub fn bias(&self) -> Option<&'static str> {
+        let one_sample = self.strategy == Strategy::Mis && self.weights == OneSampleWeights::Tutorial;
+        match self.light_prob {
+            _ if !one_sample => None,
+            0.0 => Some("biased, too dark: at c = 0 the tutorial's weights lose what they leave to light samples"),
+            1.0 => Some("biased, too dark: at c = 1 the tutorial's weights lose what they leave to BSDF samples"),
+            _ => None,
+        }
+    }
+
     /// The pixels to render: pbrt's rule, `ceil(resolution * crop)` on either side, in f32 as there.
     pub fn pixel_bounds(&self) -> PixelRect {
         let edge = |axis: usize, fraction: f32| {

@@ -48,9 +48,10 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
         })?
     };
     let notice = outfile.save(&frame)?;
+    let bias = frame.request().settings.bias().map(str::to_owned);
     let report = Report::new(&input, &frame, &outfile);
     if !args.how.quiet {
-        for warning in notice.into_iter().chain(report.warning()) {
+        for warning in notice.into_iter().chain(report.warning()).chain(bias) {
             output::message(&format!("{}: warning: {warning}", outfile.path().display()));
         }
         output::message(&report.summary());

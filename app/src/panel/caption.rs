@@ -28,23 +28,26 @@ pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: Typ
         how = format!("{how}, c {:.2}", settings.light_prob);
     }
     let spp = format!("{} spp", frame.spp());
-    let rays = format!("{} rays", si(stats.paths as f64));
+    let paths = format!("{} paths", si(stats.paths as f64));
     let time = seconds(stats.render_seconds);
 
     let name = RichText::new(strategy_name(strategy)).family(crate::theme::medium()).color(inks.strategy(strategy));
     let response = ui.label(name);
     response.widget_info(|| {
-        let parts = [strategy_name(strategy), &how, &spp, &rays, &time];
+        let parts = [strategy_name(strategy), &how, &spp, &paths, &time];
         let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
         egui::WidgetInfo::labeled(Role::Label, true, format!("Caption: {}", parts.join(", ")))
     });
     if !how.is_empty() {
         ui.label(how);
     }
+    if let Some(bias) = settings.bias() {
+        ui.label(RichText::new("biased").color(inks.wrong)).on_hover_text(bias);
+    }
     let font = TextStyle::Body.resolve(ui.style());
     let digits = settings.spp.map_or(frame.spp(), |target| target.get()).to_string().len();
-    let templates = [format!("{} spp", "8".repeat(digits)), "88.8 M rays".into(), "88.8 s".into()];
-    for (text, template) in [spp, rays, time].iter().zip(templates) {
+    let templates = [format!("{} spp", "8".repeat(digits)), "88.8 M paths".into(), "88.8 s".into()];
+    for (text, template) in [spp, paths, time].iter().zip(templates) {
         // Rather nothing than half a number.
         if ui.available_width() < 5.0 * font.size {
             return;

@@ -42,6 +42,9 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
     }
     let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
+    if let Some(bias) = settings.bias() {
+        ui.label(egui::RichText::new(bias).color(inks.wrong));
+    }
     ui.add_space(GRID);
 }
 

@@ -53,16 +53,15 @@ pub fn warnings_ui(ui: &mut Ui, warnings: &[Diagnostic]) {
         1 => "1 warning about the scene file".to_owned(),
         n => format!("{n} warnings about the scene file"),
     };
+    // Above everything else, where it is seen; many keep folded, so that the controls are still there.
+    let title = RichText::new(title).family(crate::theme::medium());
+    egui::CollapsingHeader::new(title).default_open(warnings.len() <= 3).show(ui, |ui| {
+        for warning in warnings {
+            let text = RichText::new(warning.to_string()).small();
+            ui.add(egui::Label::new(text).selectable(true).wrap());
+        }
+    });
     ui.add_space(GRID);
-    egui::CollapsingHeader::new(RichText::new(title).family(crate::theme::medium())).default_open(true).show(
-        ui,
-        |ui| {
-            for warning in warnings {
-                let text = RichText::new(warning.to_string()).small();
-                ui.add(egui::Label::new(text).selectable(true).wrap());
-            }
-        },
-    );
 }
 
 /// A passing remark: something has worked, or could not be done.

@@ -1,4 +1,4 @@
-//! Snapshots: where they go, what they are called, what came of the last one.
+//! Snapshots: where they go, what they are called, what went wrong.
 
 use eframe::egui::{RichText, TextEdit, Ui};
 
@@ -7,8 +7,8 @@ use crate::prefs::SavePrefs;
 use crate::theme::{GRID, Inks};
 use crate::widgets::{labelled, title, wide_button};
 
-/// The panel. `result` is what came of the last save.
-pub fn save_ui(ui: &mut Ui, prefs: &mut SavePrefs, result: &Option<Result<String, String>>, out: &mut Vec<Command>) {
+/// The panel. `error` is why the last save failed.
+pub fn save_ui(ui: &mut Ui, prefs: &mut SavePrefs, error: Option<&str>, out: &mut Vec<Command>) {
     title(ui, "Snapshot");
     let label = 72.0;
     labelled(ui, "Name", label, |ui| {
@@ -33,14 +33,8 @@ pub fn save_ui(ui: &mut Ui, prefs: &mut SavePrefs, result: &Option<Result<String
             out.push(Command::Save);
         }
     });
-    match result {
-        Some(Ok(text)) => {
-            ui.label(RichText::new(text).small());
-        }
-        Some(Err(text)) => {
-            let wrong = Inks::of(ui.visuals()).wrong;
-            ui.label(RichText::new(format!("Not saved: {text}")).small().color(wrong));
-        }
-        None => {}
+    if let Some(error) = error {
+        let wrong = Inks::of(ui.visuals()).wrong;
+        ui.label(RichText::new(format!("Not saved: {error}")).small().color(wrong));
     }
 }

@@ -81,7 +81,8 @@ fn progress(ui: &mut Ui, spp: u32, settings: &Settings, status: &Status) {
         None if spp > 0 => spp as f32 / (spp + 1).next_power_of_two() as f32,
         None => 0.0,
     };
-    let fill = ui.visuals().weak_text_color();
+    // Faint enough for the words on it.
+    let fill = ui.visuals().text_color().gamma_multiply(0.35);
     let height = 0.7 * ui.spacing().interact_size.y;
     let bar = ProgressBar::new(fraction.clamp(0.0, 1.0)).desired_width(width).desired_height(height).fill(fill);
     let bar = bar.corner_radius(2.0).text(RichText::new(text).small().color(ui.visuals().text_color()));
