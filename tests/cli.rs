@@ -384,6 +384,18 @@ fn what_is_not_understood_is_said_once_and_does_not_stop() {
 }
 
 #[test]
+fn bias_is_said() {
+    let place = Place::new();
+    let at =
+        |c: &str| place.run(&format!("render --strategy mis --weights tutorial --light-prob {c} --size 8x8 --spp 1"));
+    at("1").expect_code(0).expect_err(&["warning", "biased"]);
+    at("0").expect_code(0).expect_err(&["warning", "biased"]);
+    let unbiased = at("0.5");
+    unbiased.expect_code(0);
+    assert!(!unbiased.err.contains("biased"), "{}", unbiased.err);
+}
+
+#[test]
 fn compare_says_how_far_apart() {
     let place = Place::new();
     for (file, seed, size) in [("a.exr", 1, "16x16"), ("b.exr", 2, "16x16"), ("c.exr", 1, "8x8")] {

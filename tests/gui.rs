@@ -628,6 +628,36 @@ fn the_palette_finds_commands() {
 }
 
 #[test]
+fn bias_is_said_in_words() {
+    let mut lab = Lab::new();
+    lab.apply(Command::SetStrategy(Strategy::Mis));
+    lab.apply(Command::SetWeights(OneSampleWeights::Tutorial));
+    lab.settle();
+    assert!(!lab.has("biased"));
+    lab.apply(Command::SetLightProb(1.0));
+    lab.settle();
+    assert!(lab.has("biased"), "in the caption");
+}
+
+#[test]
+fn a_scale_kept_from_a_larger_screen_leaves_the_panels() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.apply(Command::ZoomInterface(Some(3.0)));
+    lab.harness.run_steps(3);
+    assert!(lab.app().prefs().zoom <= 1280.0 / 1100.0 + 1e-3, "{}", lab.app().prefs().zoom);
+    assert!(lab.has("Normalise"), "the right column is there");
+}
+
+#[test]
+fn escape_puts_the_table_away() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::T);
+    assert!(lab.has("Fill in the table"));
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("Fill in the table"));
+}
+
+#[test]
 fn the_key_sheet() {
     let mut lab = Lab::new();
     lab.key(Modifiers::SHIFT, Key::Questionmark);
