@@ -13,7 +13,7 @@ use crate::command::Command;
 use crate::document::{Document, History, Opened};
 use crate::engine::Engine;
 use crate::files::{FileEvent, Files, SaveJob, read, shipped};
-use crate::panel::messages::{Notice, OpenError};
+use crate::panel::messages::{Notice, OpenError, remark};
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
 use crate::panel::table::TablePanel;
@@ -286,7 +286,7 @@ impl MisLabApp {
     }
 
     fn say(&mut self, text: &str) {
-        self.notices.push(Notice::done(text));
+        remark(&mut self.notices, Notice::done(text));
     }
 
     fn take_over(&mut self, opened: Opened) {
@@ -305,7 +305,10 @@ impl MisLabApp {
 
     fn save(&mut self, ctx: &Context) {
         let Some(frame) = self.engine.current_frame() else {
-            self.notices.push(Notice::failed("Not saved: the first picture with these settings is not complete yet"));
+            remark(
+                &mut self.notices,
+                Notice::failed("Not saved: the first picture with these settings is not complete yet"),
+            );
             return;
         };
         let stem = match self.prefs.save.stem.trim() {
@@ -339,10 +342,12 @@ impl MisLabApp {
                 self.save_error = None;
             }
             FileEvent::TableSaved(what) => self.say(&what),
-            FileEvent::TableNotSaved(message) => self.notices.push(Notice::failed(format!("Not saved: {message}"))),
+            FileEvent::TableNotSaved(message) => {
+                remark(&mut self.notices, Notice::failed(format!("Not saved: {message}")))
+            }
             FileEvent::SaveFailed(message) => {
                 if !(self.prefs.panels && self.prefs.inspector) {
-                    self.notices.push(Notice::failed(format!("Not saved: {message}")));
+                    remark(&mut self.notices, Notice::failed(format!("Not saved: {message}")));
                 }
                 self.save_error = Some(message);
             }

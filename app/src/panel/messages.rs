@@ -84,6 +84,12 @@ impl Notice {
     }
 }
 
+/// Adds a remark; one that is there already stays longer instead of coming twice.
+pub fn remark(notices: &mut Vec<Notice>, notice: Notice) {
+    notices.retain(|old| old.text != notice.text);
+    notices.push(notice);
+}
+
 /// The remarks of the last seconds, above the lower right corner of `rect`.
 pub fn notices_ui(ctx: &egui::Context, notices: &mut Vec<Notice>, rect: Rect) {
     let now = Instant::now();
