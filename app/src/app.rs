@@ -343,7 +343,7 @@ impl MisLabApp {
             }
             FileEvent::TableSaved(what) => self.say(&what),
             FileEvent::TableNotSaved(message) => {
-                remark(&mut self.notices, Notice::failed(format!("Not saved: {message}")))
+                remark(&mut self.notices, Notice::failed(format!("Not saved: {message}")));
             }
             FileEvent::SaveFailed(message) => {
                 if !(self.prefs.panels && self.prefs.inspector) {
