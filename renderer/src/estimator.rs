@@ -7,8 +7,9 @@
 //! ```
 //!
 //! There are two *techniques* to draw w: towards a light, with density `p_L`, and by the lobe of the
-//! BSDF, with density `p_B`. They are twins: each returns a [`Candidate`], its direction's integrand
-//! and both densities. A *strategy* says which techniques are drawn and how they are weighted:
+//! BSDF, with density `p_B`. They are twins: each returns a [`Draw`], and one function makes of
+//! either a [`Candidate`], the direction's integrand and both densities. A *strategy* says which
+//! techniques are drawn and how they are weighted:
 //!
 //! ```text
 //! light, bsdf   one technique alone        f / p_t

@@ -142,7 +142,7 @@ fn table_grid(ui: &mut Ui, table: &Table) {
                         let ink = Inks::of(ui.visuals()).strategy(row.run.strategy);
                         ui.label(strong(strategy_name(row.run.strategy)).color(ink)).on_hover_text(row.run.file);
                         let [x, y] = row.run.strata;
-                        ui.label(format!("{x} \u{d7} {y}")).on_hover_text(format!("{} rays", row.paths));
+                        ui.label(format!("{x} \u{d7} {y}")).on_hover_text(format!("{} paths", row.paths));
                         ui.label(seconds(row.render_seconds)).on_hover_text(format!(
                             "{} on {} threads",
                             seconds(row.cpu_seconds),
@@ -150,7 +150,7 @@ fn table_grid(ui: &mut Ui, table: &Table) {
                         ));
                     } else {
                         ui.label("");
-                        ui.label(if row.run.strategy == Strategy::MisAll { "two rays each" } else { "" });
+                        ui.label(if row.run.strategy == Strategy::MisAll { "two paths each" } else { "" });
                         ui.label("");
                     }
                     ui.label(light_name);
