@@ -3,6 +3,7 @@
 //!
 //! `README.md` beside this crate lists what is claimed, by which test, with which significance.
 
+pub mod depth;
 pub mod experiment;
 pub mod image;
 pub mod oracle;

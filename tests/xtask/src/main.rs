@@ -8,14 +8,19 @@ mod testing;
 use std::process::{Command, ExitCode};
 
 const USAGE: &str = "\
-cargo xtask test [ARGS]   install or name what the tests need, then run them all; ARGS go to
-                          `cargo test` in place of --workspace, e.g. -p mislab --test cli
+cargo xtask test [--deep] [ARGS]
+                          install or name what the tests need, then run them all; --deep with many
+                          more samples and cases; ARGS go to `cargo test` in place of --workspace,
+                          e.g. -p mislab --test cli
 cargo xtask screenshot    build the app, show it on a virtual screen and save assets/screenshot.png";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let done = match args.split_first() {
-        Some((command, rest)) if command == "test" => testing::run(rest),
+        Some((command, rest)) if command == "test" => match rest.split_first() {
+            Some((deep, rest)) if deep == "--deep" => testing::run(rest, true),
+            _ => testing::run(rest, false),
+        },
         Some((command, [])) if command == "screenshot" => screenshot::run(),
         _ => {
             eprintln!("{USAGE}");

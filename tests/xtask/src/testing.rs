@@ -7,12 +7,14 @@ use crate::{cargo, needs};
 /// profile, so that tests and `cargo run --release` share one build of them.
 const CHECKED: [&str; 3] = ["mislab-renderer", "mislab", "mislab-tests"];
 
-/// Provides what the tests need and runs them; `args` replace `--workspace`.
-pub fn run(args: &[String]) -> Result<(), String> {
+/// Provides what the tests need and runs them, `deep` with more samples and cases (`tests/src/depth.rs`); `args` replace
+/// `--workspace`.
+pub fn run(args: &[String], deep: bool) -> Result<(), String> {
     needs::provide();
     let scratch = Scratch::new()?;
 
     let mut test = cargo();
+    test.env("MISLAB_DEEP", if deep { "1" } else { "0" });
     test.args(["test", "--release"]);
     for package in CHECKED {
         for check in ["debug-assertions", "overflow-checks"] {
