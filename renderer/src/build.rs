@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::geometry::Geometry;
 use crate::lanes::{Lanes, Mask, Real, Uint, V3};
 use crate::light::{Light, LightShape, Lights};
+use crate::patch::{Candidates, Patches};
 use crate::scene::{self, Scene};
 use crate::settings::Settings;
 use crate::shape::{Ball, Facet};
@@ -24,6 +25,8 @@ pub struct BuiltScene {
     pub geometry: Geometry,
     /// Everything that emits.
     pub lights: Lights,
+    /// Which of all these matter to a patch of the image.
+    pub patches: Patches,
     /// How far rays are kept off the surface they start from.
     pub epsilon: f32,
     /// By shape.
@@ -100,23 +103,34 @@ impl BuiltScene {
         }
         let geometry = Geometry::new(facets, balls);
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
+        let lights_scatter = lights.iter().any(|l| l.material.scatters());
+        let lights = Lights::new(lights);
         Ok(Self {
             camera,
+            patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
             geometry,
-            lights_scatter: lights.iter().any(|l| l.material.scatters()),
-            lights: Lights::new(lights),
+            lights_scatter,
+            lights,
             epsilon,
             materials,
         })
     }
 
-    /// What each camera ray meets first.
+    /// What each camera ray meets first, all of them rays of the patch with these candidates.
     #[inline(always)]
-    pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>) -> CameraHit<L> {
+    pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<L> {
         let zero = l.f(0.0);
         let origin = V3::splat(l, self.camera.origin);
-        let hit = self.geometry.nearest(l, origin, dir, zero);
-        let (t_light, light, radiance) = self.lights.nearest(l, origin, dir, zero);
+        if near.covered {
+            let facet = &self.geometry.facets[near.surfaces.get(0)];
+            let p = dir.scale_add(facet.distance(l, origin, dir), origin);
+            let material = &self.materials[facet.shape as usize];
+            let mut surface = Surface::new(l, p, V3::splat(l, facet.normal), material);
+            surface.n = facing(l, surface.n, dir);
+            return CameraHit { surface, scatters: surface.scatters(), emitted: V3::all(zero), emits: l.m(false) };
+        }
+        let hit = self.geometry.nearest(l, origin, dir, &near.surfaces);
+        let (t_light, light, radiance) = self.lights.nearest(l, origin, dir, &near.lights);
         let is_light = t_light.lt(hit.t);
         let emitted = V3::select(is_light, radiance, V3::all(zero));
         let emits = (emitted.x + emitted.y + emitted.z).gt(zero);
@@ -152,16 +166,23 @@ impl BuiltScene {
                 todo &= !here.bits();
             }
         }
-        // Both sides of a surface scatter alike.
-        surface.n = V3::select(surface.n.dot(dir).gt(zero), -surface.n, surface.n);
+        surface.n = facing(l, surface.n, dir);
         CameraHit { surface, scatters: surface.scatters(), emitted, emits }
     }
 
     /// True where nothing opaque lies between the surface point and distance `t` along `wi`.
     #[inline(always)]
-    pub fn visible<L: Lanes>(&self, l: L, s: &Surface<L>, wi: V3<L>, t: L::F, wanted: L::M) -> L::M {
+    pub fn visible<L: Lanes>(
+        &self,
+        l: L,
+        s: &Surface<L>,
+        wi: V3<L>,
+        t: L::F,
+        wanted: L::M,
+        near: &Candidates,
+    ) -> L::M {
         let origin = s.n.scale_add(l.f(self.epsilon), s.p);
-        !self.geometry.blocked(l, origin, wi, t - self.epsilon, wanted)
+        !self.geometry.blocked(l, origin, wi, t - self.epsilon, wanted, &near.occluders)
     }
 
     #[inline(always)]
@@ -169,6 +190,12 @@ impl BuiltScene {
         let n = (p - V3::splat(l, ball.center)).normalize(l);
         Surface::new(l, p, n, &self.materials[ball.shape as usize])
     }
+}
+
+/// The normal on the side that the ray comes from: both sides of a surface scatter alike.
+#[inline(always)]
+fn facing<L: Lanes>(l: L, n: V3<L>, dir: V3<L>) -> V3<L> {
+    V3::select(n.dot(dir).gt(l.f(0.0)), -n, n)
 }
 
 fn check_material(material: &scene::Material) -> Result<(), Error> {

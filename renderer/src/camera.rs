@@ -1,6 +1,6 @@
 //! From pixels to camera rays.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::error::Error;
 use crate::lanes::{Lanes, V3};
@@ -43,6 +43,11 @@ impl Pinhole {
             right: direction((x1 - x0) / w, 0.0, 0.0).as_vec3(),
             down: direction(0.0, (y0 - y1) / h, 0.0).as_vec3(),
         })
+    }
+
+    /// Direction of the ray through image point (x, y), not of unit length: linear over the image.
+    pub fn ray(&self, x: f64, y: f64) -> DVec3 {
+        self.corner.as_dvec3() + self.right.as_dvec3() * x + self.down.as_dvec3() * y
     }
 
     /// Unit direction of the ray through image point (x, y).

@@ -24,6 +24,7 @@ use crate::bsdf::{self, Surface};
 use crate::build::BuiltScene;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::mis;
+use crate::patch::Candidates;
 use crate::sampler::{Dimension, Numbers};
 use crate::settings::{OneSampleWeights, Settings, Strategy};
 
@@ -85,6 +86,7 @@ pub fn reflected_radiance<L: Lanes>(
     s: &Surface<L>,
     wo: V3<L>,
     random: &Numbers<L>,
+    near: &Candidates,
 ) -> Reflected<L> {
     let one = l.f(1.0);
     let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
@@ -102,7 +104,7 @@ pub fn reflected_radiance<L: Lanes>(
             }
         };
         let draw = draw(l, scene, s, wo, by_light, random);
-        let x = candidate(l, scene, s, wo, &draw);
+        let x = candidate(l, scene, s, wo, &draw, near);
 
         // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
         let (a_light, a_bsdf) = match settings.weights {
@@ -153,7 +155,14 @@ fn bsdf_technique<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Numbers<L>
 
 /// The integrand and both densities at a drawn direction: one secondary ray.
 #[inline(always)]
-fn candidate<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, wo: V3<L>, draw: &Draw<L>) -> Candidate<L> {
+fn candidate<L: Lanes>(
+    l: L,
+    scene: &BuiltScene,
+    s: &Surface<L>,
+    wo: V3<L>,
+    draw: &Draw<L>,
+    near: &Candidates,
+) -> Candidate<L> {
     let zero = l.f(0.0);
     let sight = scene.lights.look(l, s.p, draw.wi, l.f(scene.epsilon));
     let smooth = bsdf::evaluate(l, s, wo, draw.wi);
@@ -164,7 +173,7 @@ fn candidate<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, wo: V3<L>, draw
     // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
     let lit = draw.valid & !(unshadowed.x + unshadowed.y + unshadowed.z).le(zero);
     // Most BSDF samples meet no light: then nothing needs to be asked about visibility.
-    let visible = if lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit) } else { lit };
+    let visible = if lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit, near) } else { lit };
     Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p }
 }
 

@@ -7,6 +7,7 @@
 
 use crate::estimator::{Contribution, Reflected};
 use crate::lanes::{Lanes, Mask, PACKET, Real, V3};
+use crate::patch::PATCH;
 use crate::settings::{PixelRect, Strategy};
 
 /// Side of a block in pixels; `BLOCK * BLOCK` is [`PACKET`].
@@ -175,7 +176,32 @@ impl Tile {
     #[inline(always)]
     pub fn block_corner(&self, block: usize) -> [u32; 2] {
         let (row, column) = (block as u32 / self.blocks[0], block as u32 % self.blocks[0]);
+        self.corner_at([column, row])
+    }
+
+    /// The same by the block's column and row, which may be one beyond the last.
+    #[inline(always)]
+    pub fn corner_at(&self, [column, row]: [u32; 2]) -> [u32; 2] {
         [self.origin[0] + column * BLOCK, self.origin[1] + row * BLOCK]
+    }
+
+    /// Number of the block in a column and row.
+    #[inline(always)]
+    pub fn block_index(&self, [column, row]: [u32; 2]) -> usize {
+        (row * self.blocks[0] + column) as usize
+    }
+
+    /// Patches of up to [`PATCH`] x [`PATCH`] blocks: for each its first block's column and row, and
+    /// those after its last.
+    pub fn patches(&self) -> Vec<[[u32; 2]; 2]> {
+        let [columns, rows] = self.blocks;
+        let mut patches = Vec::with_capacity((columns.div_ceil(PATCH) * rows.div_ceil(PATCH)) as usize);
+        for y in (0..rows).step_by(PATCH as usize) {
+            for x in (0..columns).step_by(PATCH as usize) {
+                patches.push([[x, y], [(x + PATCH).min(columns), (y + PATCH).min(rows)]]);
+            }
+        }
+        patches
     }
 
     /// Number of blocks.

@@ -11,6 +11,7 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::patch::List;
 use crate::shape::{Ball, Facet};
 
 /// Up to so many primitives a list is searched from end to end; a tree pays from about there.
@@ -93,14 +94,21 @@ impl Geometry {
         tree
     }
 
-    /// First primitive beyond `t_min` that each ray meets. Directions are unit vectors.
+    /// True where there are so many primitives that a tree is searched, not a list.
+    pub fn has_tree(&self) -> bool {
+        self.tree.is_some()
+    }
+
+    /// First primitive of the list that each ray meets; of all primitives where there is a tree.
+    /// Directions are unit vectors.
     #[inline(always)]
-    pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Nearest<L> {
+    pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, list: &List) -> Nearest<L> {
+        let t_min = l.f(0.0);
         let mut best = Nearest { t: l.f(f32::INFINITY), id: l.u(0) };
         match &self.tree {
             None => {
-                for id in 0..self.facets.len() + self.balls.len() {
-                    best = self.nearer(l, id, origin, dir, t_min, best);
+                for k in 0..list.len() {
+                    best = self.nearer(l, list.get(k), origin, dir, t_min, best);
                 }
             }
             Some(tree) => {
@@ -131,15 +139,23 @@ impl Geometry {
         best
     }
 
-    /// True where something lies between 0 and `t_max` along the ray. Lanes that are not `wanted`
-    /// may answer either way.
+    /// True where a primitive of the list, or any where there is a tree, lies between 0 and `t_max`
+    /// along the ray. Lanes that are not `wanted` may answer either way.
     #[inline(always)]
-    pub fn blocked<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_max: L::F, wanted: L::M) -> L::M {
+    pub fn blocked<L: Lanes>(
+        &self,
+        l: L,
+        origin: V3<L>,
+        dir: V3<L>,
+        t_max: L::F,
+        wanted: L::M,
+        list: &List,
+    ) -> L::M {
         let mut blocked = l.m(false);
         match &self.tree {
             None => {
-                for id in 0..self.facets.len() + self.balls.len() {
-                    blocked = blocked | self.between(l, id, origin, dir, t_max);
+                for k in 0..list.len() {
+                    blocked = blocked | self.between(l, list.get(k), origin, dir, t_max);
                 }
             }
             Some(tree) => {

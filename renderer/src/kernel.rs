@@ -8,6 +8,7 @@ use crate::film::{BLOCK, Tile};
 #[cfg(not(target_arch = "x86_64"))]
 use crate::lanes::dispatch;
 use crate::lanes::{Lanes, Level, Mask, PACKET, Simd, Single, Uint, V3, Wide};
+use crate::patch::Candidates;
 use crate::sampler::{Dimension, draw, pixel_keys};
 use crate::settings::Settings;
 
@@ -70,31 +71,53 @@ pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile:
 #[inline(always)]
 fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
     let mut invalid = 0;
-    let first = tile.samples;
-    for block in 0..tile.block_count() {
-        let [x0, y0] = tile.block_corner(block);
-        let mut lane = 0;
-        while lane < PACKET {
-            let pixel = l.iota() + l.u(lane as u32);
-            let x = (pixel & l.u(BLOCK - 1)) + l.u(x0);
-            let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
-            let keys = pixel_keys(l, settings.seed, x, y);
-            for sample in first..first + count {
-                let random = draw(l, &settings.sampler, settings.strategy, keys, sample);
-                let [jx, jy] = random.get_2d(Dimension::Pixel);
-                let dir = scene.camera.direction(l, x.to_real() + jx, y.to_real() + jy);
-                let hit = scene.camera_hit(l, dir);
-                let reflected = if hit.scatters.any() {
-                    reflected_radiance(l, scene, settings, &hit.surface, -dir, &random)
-                } else {
-                    let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
-                    Reflected { light: none, bsdf: none }
-                };
-                invalid += u64::from(tile.add(l, (block, lane), sample, &reflected, hit.emitted, hit.emits));
+    for [min, max] in tile.patches() {
+        let near = scene.patches.candidates(&scene.camera, tile.corner_at(min), tile.corner_at(max));
+        for row in min[1]..max[1] {
+            for column in min[0]..max[0] {
+                invalid += block(l, scene, settings, tile, [column, row], count, &near);
             }
-            lane += L::N;
         }
     }
     tile.samples += count;
+    invalid
+}
+
+/// Adds `count` samples to the pixels of one block; returns how many were invalid.
+#[inline(always)]
+fn block<L: Lanes>(
+    l: L,
+    scene: &BuiltScene,
+    settings: &Settings,
+    tile: &mut Tile,
+    at: [u32; 2],
+    count: u32,
+    near: &Candidates,
+) -> u64 {
+    let first = tile.samples;
+    let block = tile.block_index(at);
+    let [x0, y0] = tile.corner_at(at);
+    let mut invalid = 0;
+    let mut lane = 0;
+    while lane < PACKET {
+        let pixel = l.iota() + l.u(lane as u32);
+        let x = (pixel & l.u(BLOCK - 1)) + l.u(x0);
+        let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
+        let keys = pixel_keys(l, settings.seed, x, y);
+        for sample in first..first + count {
+            let random = draw(l, &settings.sampler, settings.strategy, keys, sample);
+            let [jx, jy] = random.get_2d(Dimension::Pixel);
+            let dir = scene.camera.direction(l, x.to_real() + jx, y.to_real() + jy);
+            let hit = scene.camera_hit(l, dir, near);
+            let reflected = if hit.scatters.any() {
+                reflected_radiance(l, scene, settings, &hit.surface, -dir, &random, near)
+            } else {
+                let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
+                Reflected { light: none, bsdf: none }
+            };
+            invalid += u64::from(tile.add(l, (block, lane), sample, &reflected, hit.emitted, hit.emits));
+        }
+        lane += L::N;
+    }
     invalid
 }

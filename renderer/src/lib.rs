@@ -30,6 +30,7 @@ pub mod lanes;
 pub mod light;
 pub mod metrics;
 pub mod mis;
+pub mod patch;
 pub mod pbrt;
 pub mod progressive;
 pub mod sampler;

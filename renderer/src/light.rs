@@ -8,6 +8,7 @@
 use glam::Vec3;
 
 use crate::lanes::{Lanes, Mask, Real, Uint, V3};
+use crate::patch::{self, List};
 use crate::sampler::{Dimension, Numbers};
 use crate::shape::{Ball, Facet};
 use crate::warp;
@@ -204,13 +205,18 @@ impl Lights {
         }
     }
 
-    /// First light surface that each ray meets: distance, index, and the radiance it sends back.
+    /// First light surface of the list that each ray meets: distance, index, and the radiance it
+    /// sends back.
     #[inline(always)]
-    pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> (L::F, L::U, V3<L>) {
+    pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, list: &List) -> (L::F, L::U, V3<L>) {
+        let t_min = l.f(0.0);
         let mut t = l.f(f32::INFINITY);
         let mut index = l.u(0);
         let mut radiance = V3::all(l.f(0.0));
-        for (i, light) in self.list.iter().enumerate() {
+        let listed = self.list.len() <= patch::MOST;
+        for k in 0..if listed { list.len() } else { self.list.len() } {
+            let i = if listed { list.get(k) } else { k };
+            let light = &self.list[i];
             let (distance, met, faces) = light.meet(l, origin, dir, t_min);
             let nearer = met & distance.lt(t);
             t = nearer.select(distance, t);

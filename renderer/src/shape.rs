@@ -61,13 +61,24 @@ impl Facet {
         [self.p0, self.p0 + self.e1, self.p0 + self.e2].into_iter().chain(last)
     }
 
+    /// The vectors that give a point p of the plane its coordinates: `u = u_axis . (p - p0)`, v alike.
+    pub fn axes(&self) -> [Vec3; 2] {
+        [self.u_axis, self.v_axis]
+    }
+
+    /// Distance along each ray to the plane. It may be negative or not a number.
+    #[inline(always)]
+    pub fn distance<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> L::F {
+        let normal = V3::splat(l, self.normal);
+        -(normal.dot(origin - V3::splat(l, self.p0))) / normal.dot(dir)
+    }
+
     /// Distance along each ray to the plane, and whether the point there is inside. The distance
     /// may be negative or not a number where the answer is no.
     #[inline(always)]
     pub fn intersect<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> (L::F, L::M) {
-        let normal = V3::splat(l, self.normal);
         let from_p0 = origin - V3::splat(l, self.p0);
-        let t = -(normal.dot(from_p0)) / normal.dot(dir);
+        let t = self.distance(l, origin, dir);
         let q = dir.scale_add(t, from_p0);
         let u = V3::splat(l, self.u_axis).dot(q);
         let v = V3::splat(l, self.v_axis).dot(q);
