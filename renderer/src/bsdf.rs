@@ -64,6 +64,11 @@ impl Material {
         Self { has_diffuse: built.kd != Vec3::ZERO, has_specular: built.ks != Vec3::ZERO, ..built }
     }
 
+    /// True for a diffuse and a specular lobe, of which a sample chooses one.
+    pub fn has_two_lobes(&self) -> bool {
+        self.has_diffuse && self.has_specular
+    }
+
     /// False for a surface that scatters nothing.
     pub fn scatters(&self) -> bool {
         self.has_diffuse || self.has_specular

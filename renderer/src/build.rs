@@ -31,6 +31,8 @@ pub struct BuiltScene {
     pub epsilon: f32,
     /// By shape.
     materials: Vec<Material>,
+    /// Some surface has two lobes to choose from.
+    pub has_two_lobes: bool,
     /// Some light's surface scatters as well.
     lights_scatter: bool,
 }
@@ -109,6 +111,7 @@ impl BuiltScene {
             camera,
             patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
             geometry,
+            has_two_lobes: materials.iter().any(Material::has_two_lobes),
             lights_scatter,
             lights,
             epsilon,

@@ -9,7 +9,7 @@ use crate::film::{BLOCK, Tile};
 use crate::lanes::dispatch;
 use crate::lanes::{Lanes, Level, Mask, PACKET, Simd, Single, Uint, V3, Wide};
 use crate::patch::Candidates;
-use crate::sampler::{Dimension, draw, pixel_keys};
+use crate::sampler::{Dimension, Sampler, pixel_keys};
 use crate::settings::Settings;
 
 /// How the kernel runs. All ways agree up to the rounding of fused operations.
@@ -71,11 +71,13 @@ pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile:
 #[inline(always)]
 fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
     let mut invalid = 0;
+    let wanted = Dimension::wanted(settings.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
+    let mut sampler = Sampler::new(l, &settings.sampler, wanted);
     for [min, max] in tile.patches() {
         let near = scene.patches.candidates(&scene.camera, tile.corner_at(min), tile.corner_at(max));
         for row in min[1]..max[1] {
             for column in min[0]..max[0] {
-                invalid += block(l, scene, settings, tile, [column, row], count, &near);
+                invalid += block(l, scene, settings, &mut sampler, tile, [column, row], count, &near);
             }
         }
     }
@@ -89,6 +91,7 @@ fn block<L: Lanes>(
     l: L,
     scene: &BuiltScene,
     settings: &Settings,
+    sampler: &mut Sampler<'_, L>,
     tile: &mut Tile,
     at: [u32; 2],
     count: u32,
@@ -103,9 +106,9 @@ fn block<L: Lanes>(
         let pixel = l.iota() + l.u(lane as u32);
         let x = (pixel & l.u(BLOCK - 1)) + l.u(x0);
         let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
-        let keys = pixel_keys(l, settings.seed, x, y);
+        sampler.start(pixel_keys(l, settings.seed, x, y));
         for sample in first..first + count {
-            let random = draw(l, &settings.sampler, settings.strategy, keys, sample);
+            let random = sampler.draw(sample);
             let [jx, jy] = random.get_2d(Dimension::Pixel);
             let dir = scene.camera.direction(l, x.to_real() + jx, y.to_real() + jy);
             let hit = scene.camera_hit(l, dir, near);

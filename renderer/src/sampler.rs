@@ -32,14 +32,17 @@ impl Dimension {
         matches!(self, Self::Pixel | Self::Light | Self::Bsdf)
     }
 
-    #[inline(always)]
-    fn used_by(self, strategy: Strategy) -> bool {
-        match self {
+    /// By dimension, whether a strategy asks for it, where there is more than one light to choose
+    /// from (`lights`) and a surface with more than one lobe (`lobes`).
+    pub fn wanted(strategy: Strategy, lights: bool, lobes: bool) -> [bool; Self::ALL.len()] {
+        Self::ALL.map(|dimension| match dimension {
             Self::Pixel => true,
             Self::Technique => strategy == Strategy::Mis,
-            Self::LightChoice | Self::Light => strategy != Strategy::Bsdf,
-            Self::Lobe | Self::Bsdf => strategy != Strategy::Light,
-        }
+            Self::LightChoice => strategy != Strategy::Bsdf && lights,
+            Self::Light => strategy != Strategy::Bsdf,
+            Self::Lobe => strategy != Strategy::Light && lobes,
+            Self::Bsdf => strategy != Strategy::Light,
+        })
     }
 }
 
@@ -95,150 +98,210 @@ impl<L: Lanes> Numbers<L> {
     }
 }
 
-/// Draws the numbers of sample `index` for the pixels with these [`pixel_keys`]. Dimensions that
-/// `strategy` does not ask for are left at 0. (All in one place and one loop: a call of its own
-/// for every use made the kernel six times as large and its compilation minutes long.)
-#[inline(always)]
-pub fn draw<L: Lanes>(l: L, settings: &SamplerSettings, strategy: Strategy, keys: L::U, index: u32) -> Numbers<L> {
-    let sampler = Sampler { l, settings, keys, index };
-    let mut numbers = [[l.f(0.0); 2]; Dimension::ALL.len()];
-    for dimension in Dimension::ALL {
-        if dimension.used_by(strategy) {
-            numbers[dimension as usize] =
-                if dimension.is_2d() { sampler.get_2d(dimension) } else { [sampler.get_1d(dimension), l.f(0.0)] };
-        }
-    }
-    Numbers(numbers)
-}
-
-struct Sampler<'a, L: Lanes> {
+/// Draws the numbers of a packet's pixels, sample after sample.
+#[derive(Clone, Copy)]
+pub struct Sampler<'a, L: Lanes> {
     l: L,
     settings: &'a SamplerSettings,
-    keys: L::U,
-    index: u32,
+    /// By dimension: whether anybody asks for it.
+    wanted: [bool; Dimension::ALL.len()],
+    /// The pixels' own.
+    pixels: L::U,
+    /// By dimension: what does not change from one sample to the next, a [`shuffle`] or a [`scramble`].
+    keys: [Keys<L>; Dimension::ALL.len()],
+    /// The round of strata that `keys` are for.
+    round: Option<u32>,
 }
 
-impl<L: Lanes> Sampler<'_, L> {
+/// Numbers that a pixel keeps for many samples.
+type Keys<L> = [<L as Lanes>::U; 9];
+
+impl<'a, L: Lanes> Sampler<'a, L> {
+    /// A sampler for the dimensions that `strategy` asks for and `scene` has a use for.
     #[inline(always)]
-    fn get_1d(&self, dimension: Dimension) -> L::F {
+    pub fn new(l: L, settings: &'a SamplerSettings, wanted: [bool; Dimension::ALL.len()]) -> Self {
+        let zero = l.u(0);
+        Self { l, settings, wanted, pixels: zero, keys: [[zero; 9]; Dimension::ALL.len()], round: None }
+    }
+
+    /// Turns to the pixels with these [`pixel_keys`].
+    #[inline(always)]
+    pub fn start(&mut self, pixels: L::U) {
+        self.pixels = pixels;
+        self.round = None;
+    }
+
+    /// The numbers of sample `index`. Dimensions that are not wanted are left at 0. (All in one place
+    /// and one loop: a call of its own for every use made the kernel six times as large and its
+    /// compilation minutes long.)
+    #[inline(always)]
+    pub fn draw(&mut self, index: u32) -> Numbers<L> {
+        let round = match self.settings.kind {
+            SamplerKind::Stratified => index / (self.settings.strata[0] * self.settings.strata[1]),
+            SamplerKind::Independent | SamplerKind::Sobol => 0,
+        };
+        let turn = self.round != Some(round);
+        self.round = Some(round);
+        let mut numbers = [[self.l.f(0.0); 2]; Dimension::ALL.len()];
+        for dimension in Dimension::ALL {
+            if self.wanted[dimension as usize] {
+                if turn {
+                    self.prepare(dimension, round);
+                }
+                numbers[dimension as usize] = if dimension.is_2d() {
+                    self.get_2d(dimension, index)
+                } else {
+                    [self.get_1d(dimension, index), self.l.f(0.0)]
+                };
+            }
+        }
+        Numbers(numbers)
+    }
+
+    #[inline(always)]
+    fn prepare(&mut self, dimension: Dimension, round: u32) {
         let l = self.l;
         match self.settings.kind {
-            SamplerKind::Independent => self.independent(dimension, 0),
+            SamplerKind::Independent => {}
             SamplerKind::Stratified => {
                 let n = self.settings.strata[0] * self.settings.strata[1];
-                let stratum = self.stratum(dimension, n).to_real();
-                let offset = self.jitter(dimension, 0);
-                ((stratum + offset) * (1.0 / n as f32)).min(l.f(BELOW_ONE))
+                let key = mix(l, self.pixels ^ l.u(mix_one(round.wrapping_mul(8) + dimension as u32 + 1)));
+                self.keys[dimension as usize] = shuffle(l, n, key);
             }
-            SamplerKind::Sobol => self.sobol_1d(dimension),
+            SamplerKind::Sobol => {
+                let key = mix(l, self.pixels ^ l.u(mix_one(0x51ed_270b ^ dimension as u32)));
+                self.keys[dimension as usize] = scramble(l, key);
+            }
         }
     }
 
     #[inline(always)]
-    fn get_2d(&self, dimension: Dimension) -> [L::F; 2] {
+    fn get_1d(&self, dimension: Dimension, index: u32) -> L::F {
         let l = self.l;
         match self.settings.kind {
-            SamplerKind::Independent => [self.independent(dimension, 0), self.independent(dimension, 1)],
+            SamplerKind::Independent => self.independent(dimension, 0, index),
+            SamplerKind::Stratified => {
+                let n = self.settings.strata[0] * self.settings.strata[1];
+                let stratum = permute(l, index % n, n, &self.keys[dimension as usize]).to_real();
+                let offset = self.jitter(dimension, 0, index);
+                ((stratum + offset) * (1.0 / n as f32)).min(l.f(BELOW_ONE))
+            }
+            SamplerKind::Sobol => sobol_1d(l, index, &self.keys[dimension as usize]),
+        }
+    }
+
+    #[inline(always)]
+    fn get_2d(&self, dimension: Dimension, index: u32) -> [L::F; 2] {
+        let l = self.l;
+        match self.settings.kind {
+            SamplerKind::Independent => [self.independent(dimension, 0, index), self.independent(dimension, 1, index)],
             SamplerKind::Stratified => {
                 let [nx, ny] = self.settings.strata;
-                let stratum = self.stratum(dimension, nx * ny).to_real();
+                let n = nx * ny;
+                let stratum = permute(l, index % n, n, &self.keys[dimension as usize]).to_real();
                 // Row and column of the stratum; the half keeps the quotient clear of integers.
                 let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
                 let column = stratum - row * nx as f32;
-                let [jx, jy] = [self.jitter(dimension, 0), self.jitter(dimension, 1)];
+                let [jx, jy] = [self.jitter(dimension, 0, index), self.jitter(dimension, 1, index)];
                 [
                     ((column + jx) * (1.0 / nx as f32)).min(l.f(BELOW_ONE)),
                     ((row + jy) * (1.0 / ny as f32)).min(l.f(BELOW_ONE)),
                 ]
             }
-            SamplerKind::Sobol => self.sobol_2d(dimension),
+            SamplerKind::Sobol => sobol_2d(l, index, &self.keys[dimension as usize]),
         }
     }
 
     /// Uniform and independent over pixels, samples and dimensions.
     #[inline(always)]
-    fn independent(&self, dimension: Dimension, axis: u32) -> L::F {
+    fn independent(&self, dimension: Dimension, axis: u32, index: u32) -> L::F {
         let stream = mix_one(0x632b_e5ab ^ ((dimension as u32) * 2 + axis));
         // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
-        let counter = mix_one(self.index ^ stream);
-        to_unit::<L>(mix(self.l, self.keys ^ self.l.u(counter)))
+        let counter = mix_one(index ^ stream);
+        to_unit::<L>(mix(self.l, self.pixels ^ self.l.u(counter)))
     }
 
     /// Position inside the stratum.
     #[inline(always)]
-    fn jitter(&self, dimension: Dimension, axis: u32) -> L::F {
-        if self.settings.jitter { self.independent(dimension, axis) } else { self.l.f(0.5) }
-    }
-
-    /// Which of `n` strata this sample falls in: each once in every `n` samples, in a random order
-    /// of the pixel's and the dimension's own, a new one for each round of `n`.
-    #[inline(always)]
-    fn stratum(&self, dimension: Dimension, n: u32) -> L::U {
-        let round = mix_one((self.index / n).wrapping_mul(8) + dimension as u32 + 1);
-        let key = mix(self.l, self.keys ^ self.l.u(round));
-        permute(self.l, self.index % n, n, key)
-    }
-
-    #[inline(always)]
-    fn group_key(&self, dimension: Dimension) -> L::U {
-        mix(self.l, self.keys ^ self.l.u(mix_one(0x51ed_270b ^ dimension as u32)))
-    }
-
-    #[inline(always)]
-    fn sobol_1d(&self, dimension: Dimension) -> L::F {
-        let key = self.group_key(dimension);
-        let index = shuffled_index(self.l, self.index, key);
-        to_unit::<L>(reverse_bits(self.l, scramble_reversed(self.l, index, mix(self.l, key + self.l.u(1)))))
-    }
-
-    /// Owen-scrambled first two Sobol dimensions, decoupled between groups by shuffling the index
-    /// ("padding", Burley 2020, sections 4 and 5).
-    #[inline(always)]
-    fn sobol_2d(&self, dimension: Dimension) -> [L::F; 2] {
-        let l = self.l;
-        let key = self.group_key(dimension);
-        let index = shuffled_index(l, self.index, key);
-        let x = scramble_reversed(l, index, mix(l, key + l.u(1)));
-        let y = scramble_reversed(l, pascal(l, index), mix(l, key + l.u(2)));
-        [to_unit::<L>(reverse_bits(l, x)), to_unit::<L>(reverse_bits(l, y))]
+    fn jitter(&self, dimension: Dimension, axis: u32, index: u32) -> L::F {
+        if self.settings.jitter { self.independent(dimension, axis, index) } else { self.l.f(0.5) }
     }
 }
 
-/// Where position `i` goes in the permutation of 0 .. n that `key` names, 1 <= n <= 65536, i < n.
+/// Keys of the permutation of 0 .. n that `key` names, 1 <= n <= 65536, for [`permute`]: four that
+/// are xored, four odd multipliers, and a rotation. Each pixel and dimension has a new one for each round
+/// of n samples.
+#[inline(always)]
+fn shuffle<L: Lanes>(l: L, n: u32, key: L::U) -> Keys<L> {
+    let one = l.u(1);
+    let key2 = mix(l, key ^ l.u(0x68e3_1da4));
+    // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n.
+    let shift = ((mix(l, key2) >> 16) * l.u(n)) >> 16;
+    [
+        key,
+        key >> 8,
+        key >> 16,
+        key2 >> 1,
+        (key2 >> 3) | one,
+        (key2 >> 11) | one,
+        (key2 >> 19) | one,
+        (key >> 5) | one,
+        shift,
+    ]
+}
+
+/// Where position `i` goes in the permutation of 0 .. n with these [`shuffle`] keys, i < n.
 ///
 /// A bijection of the next power of two (rounds of xor, multiplication by an odd number and
 /// folding of the upper half onto the lower), walked until it lands below n; then a rotation by a
 /// uniform amount, so that every position is reached with exactly equal probability.
 #[inline(always)]
-fn permute<L: Lanes>(l: L, i: u32, n: u32, key: L::U) -> L::U {
+fn permute<L: Lanes>(l: L, i: u32, n: u32, keys: &Keys<L>) -> L::U {
     if n == 1 {
         return l.u(0);
     }
     let bits = 32 - (n - 1).leading_zeros();
     let mask = l.u((1 << bits) - 1);
     let fold = bits.div_ceil(2);
-    let key2 = mix(l, key ^ l.u(0x68e3_1da4));
     let limit = l.u(n);
     let mut x = l.u(i);
     let mut outside = l.m(true);
     while outside.any() {
         let mut y = x;
         // Four rounds; with three, pairs of successive strata are 6 % from uniform at n = 6.
-        y = ((y ^ key) * ((key2 >> 3) | l.u(1))) & mask;
-        y = y ^ (y >> fold);
-        y = ((y ^ (key >> 8)) * ((key2 >> 11) | l.u(1))) & mask;
-        y = y ^ (y >> fold);
-        y = ((y ^ (key >> 16)) * ((key2 >> 19) | l.u(1))) & mask;
-        y = y ^ (y >> fold);
-        y = ((y ^ (key2 >> 1)) * ((key >> 5) | l.u(1))) & mask;
-        y = y ^ (y >> fold);
+        for round in 0..4 {
+            y = ((y ^ keys[round]) * keys[4 + round]) & mask;
+            y = y ^ (y >> fold);
+        }
         x = outside.select_u(y, x);
         outside = !x.lt(limit);
     }
-    // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n, then x + shift mod n.
-    let shift = ((mix(l, key2) >> 16) * l.u(n)) >> 16;
-    let y = x + shift;
+    let y = x + keys[8];
     y.lt(limit).select_u(y, y - limit)
+}
+
+/// Keys of one dimension's Owen scrambling: of the index, of the first and the second number.
+#[inline(always)]
+fn scramble<L: Lanes>(l: L, key: L::U) -> Keys<L> {
+    let unused = l.u(0);
+    let [x, y] = [mix(l, key + l.u(1)), mix(l, key + l.u(2))];
+    [key, x, y, unused, unused, unused, unused, unused, unused]
+}
+
+#[inline(always)]
+fn sobol_1d<L: Lanes>(l: L, index: u32, keys: &Keys<L>) -> L::F {
+    let index = shuffled_index(l, index, keys[0]);
+    to_unit::<L>(reverse_bits(l, scramble_reversed(l, index, keys[1])))
+}
+
+/// Owen-scrambled first two Sobol dimensions, decoupled between groups by shuffling the index
+/// ("padding", Burley 2020, sections 4 and 5).
+#[inline(always)]
+fn sobol_2d<L: Lanes>(l: L, index: u32, keys: &Keys<L>) -> [L::F; 2] {
+    let index = shuffled_index(l, index, keys[0]);
+    let x = scramble_reversed(l, index, keys[1]);
+    let y = scramble_reversed(l, pascal(l, index), keys[2]);
+    [to_unit::<L>(reverse_bits(l, x)), to_unit::<L>(reverse_bits(l, y))]
 }
 
 /// Reverses the order of the bits.
@@ -285,13 +348,23 @@ mod tests {
     use super::*;
     use crate::lanes::{Single, Wrapping};
 
+    fn place(i: u32, n: u32, key: u32) -> u32 {
+        permute(Single, i, n, &shuffle(Single, n, Wrapping(mix_one(key)))).0
+    }
+
+    fn numbers(settings: &SamplerSettings, strategy: Strategy, key: u32, index: u32) -> Numbers<Single> {
+        let mut sampler = Sampler::new(Single, settings, Dimension::wanted(strategy, true, true));
+        sampler.start(Wrapping(key));
+        sampler.draw(index)
+    }
+
     #[test]
     fn permute_is_a_permutation() {
         for n in [1, 2, 3, 5, 36, 64, 100, 4096, 65536] {
             for key in [0, 1, 0xdead_beef, 77_777] {
                 let mut seen = vec![false; n as usize];
                 for i in 0..n {
-                    let j = permute(Single, i, n, Wrapping(mix_one(key))).0 as usize;
+                    let j = place(i, n, key) as usize;
                     assert!(!seen[j], "n = {n}, key = {key}: {j} twice");
                     seen[j] = true;
                 }
@@ -308,8 +381,7 @@ mod tests {
                 for a in 0..=k {
                     let mut seen = vec![0; 1 << k];
                     for i in 0..1 << k {
-                        let key = Wrapping(mix_one(pixel));
-                        let numbers = draw(Single, &settings, Strategy::MisAll, key, i + (3 << k));
+                        let numbers = numbers(&settings, Strategy::MisAll, mix_one(pixel), i + (3 << k));
                         let [x, y] = numbers.get_2d(Dimension::Light);
                         let cx = (x * (1 << a) as f32) as usize;
                         let cy = (y * (1 << (k - a)) as f32) as usize;
@@ -327,7 +399,7 @@ mod tests {
         for round in 0..3 {
             let mut seen = [0; 36];
             for i in 0..36 {
-                let numbers = draw(Single, &settings, Strategy::Mis, Wrapping(0x1234_5678), round * 36 + i);
+                let numbers = numbers(&settings, Strategy::Mis, 0x1234_5678, round * 36 + i);
                 let [x, y] = numbers.get_2d(Dimension::Pixel);
                 seen[(x * 6.0) as usize + 6 * (y * 6.0) as usize] += 1;
             }
@@ -343,9 +415,7 @@ mod tests {
             let trials = 1_000_000u32;
             let mut count = vec![0u32; (n * n) as usize];
             for t in 0..trials {
-                let key = Wrapping(mix_one(t));
-                let a = permute(Single, i, n, key).0;
-                let b = permute(Single, j, n, key).0;
+                let (a, b) = (place(i, n, t), place(j, n, t));
                 count[(a * n + b) as usize] += 1;
             }
             let cells = f64::from(n * (n - 1));
