@@ -222,11 +222,11 @@ pub fn evaluate<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, wi: V3<L>) -> BsdfVal
         let n_h = s.n.dot(h);
         let alpha2 = s.alpha * s.alpha;
         let shape = across.dot(across) + alpha2 * n_h * n_h;
-        let d = alpha2 * h2 * h2 / (shape * shape) * FRAC_1_PI;
+        let half_d = alpha2 * h2 * h2 / (shape * shape) * (0.5 * FRAC_1_PI);
         let s_o = smith(l, alpha2, cos_o);
         let s_i = smith(l, alpha2, cos_i);
-        let lobe = d * cos_i / ((s_o * cos_i + s_i * cos_o) * 2.0);
-        let lobe_pdf = d / ((cos_o + s_o) * 2.0);
+        let lobe = half_d * cos_i / (s_o * cos_i + s_i * cos_o);
+        let lobe_pdf = half_d / (cos_o + s_o);
         // cos between half vector and wo: (wo.wo + wo.wi) / |h| = |h| / 2 for unit vectors.
         let cos_h = h2.sqrt() * 0.5;
         let reflected = s.ks.times(s.fresnel(l, cos_h)) * lobe;
@@ -272,10 +272,10 @@ pub fn sample<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Numbers<L>) ->
         if glossy.any() {
             let wo_local = V3 { x: t.dot(wo), y: b.dot(wo), z: cos_o };
             let h = warp::square_to_visible_normal(l, u, wo_local, s.alpha);
-            let mirrored = h * (wo_local.dot(h) * 2.0) - wo_local;
+            let mirrored = h * (wo_local.dot(h) * 2.0 / h.dot(h)) - wo_local;
             local = V3::select(glossy, mirrored, local);
         }
-        wi = t.scale_add(local.x, b.scale_add(local.y, s.n * local.z)).normalize(l);
+        wi = t.scale_add(local.x, b.scale_add(local.y, s.n * local.z)).renormalize(l);
     }
     if dirac.any() {
         let mirrored = s.n * (cos_o * 2.0) - wo;

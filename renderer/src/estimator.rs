@@ -68,6 +68,19 @@ pub struct Contribution<L: Lanes> {
     pub carries: L::M,
 }
 
+impl<L: Lanes> Contribution<L> {
+    /// This where true, nothing elsewhere.
+    #[inline(always)]
+    fn only(self, l: L, drawn: L::M) -> Self {
+        let zero = l.f(0.0);
+        Self {
+            value: V3::select(drawn, self.value, V3::all(zero)),
+            weight: drawn.select(self.weight, zero),
+            carries: drawn & self.carries,
+        }
+    }
+}
+
 /// Both techniques' part of one sample.
 #[derive(Clone, Copy)]
 pub struct Reflected<L: Lanes> {
@@ -111,15 +124,16 @@ pub fn reflected_radiance<L: Lanes>(
             OneSampleWeights::Veach => (c_light * x.p.light, c_bsdf * x.p.bsdf),
             OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
         };
-        let (w_light, w_bsdf) = match settings.strategy {
-            Strategy::Light | Strategy::Bsdf => (one, one),
-            Strategy::MisAll | Strategy::Mis => (
-                mis::weight(l, settings.heuristic, a_light, a_bsdf, true),
-                mis::weight(l, settings.heuristic, a_bsdf, a_light, false),
-            ),
+        // Everything that follows is about the technique that drew the direction.
+        let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
+        let (p, c) = (by_light.select(x.p.light, x.p.bsdf), by_light.select(c_light, c_bsdf));
+        let weight = match settings.strategy {
+            Strategy::Light | Strategy::Bsdf => one,
+            Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),
         };
-        sum.light = add(sum.light, contribution(l, &x, w_light, c_light, x.p.light, by_light));
-        sum.bsdf = add(sum.bsdf, contribution(l, &x, w_bsdf, c_bsdf, x.p.bsdf, !by_light));
+        let sample = contribution(l, &x, weight, c, p);
+        sum.light = add(sum.light, sample.only(l, by_light));
+        sum.bsdf = add(sum.bsdf, sample.only(l, !by_light));
     }
     sum
 }
@@ -178,11 +192,11 @@ fn candidate<L: Lanes>(
 }
 
 /// `w f / (c p)`: `c` is the probability of the technique (one-sample model) or, with one sample of
-/// each, 1. Lanes where nothing was drawn or met are selected away, since 0 times NaN is NaN.
+/// each, 1. Lanes where nothing was met are selected away, since 0 times NaN is NaN.
 #[inline(always)]
-fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, c: L::F, p: L::F, drawn: L::M) -> Contribution<L> {
+fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, c: L::F, p: L::F) -> Contribution<L> {
     let zero = l.f(0.0);
-    let carries = drawn & !p.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
+    let carries = !p.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
     let value = x.f * (weight / (c * p));
     Contribution { value: V3::select(carries, value, V3::all(zero)), weight: carries.select(weight, zero), carries }
 }

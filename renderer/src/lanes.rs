@@ -515,6 +515,11 @@ impl<L: Lanes> V3<L> {
     pub fn normalize(self, l: L) -> Self {
         self * (l.f(1.0) / self.dot(self).sqrt())
     }
+    /// Of unit length where rounding alone has kept it from that: one step of Newton's.
+    #[inline(always)]
+    pub fn renormalize(self, l: L) -> Self {
+        self * (l.f(1.5) - self.dot(self) * 0.5)
+    }
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
     pub fn select(m: L::M, a: Self, b: Self) -> Self {

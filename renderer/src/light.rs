@@ -46,13 +46,15 @@ pub struct Lights {
 struct Tables {
     is_ball: Vec<f32>,
     p: [Vec<f32>; 3],
-    radius: Vec<f32>,
+    /// Of a ball: 1 / radius^2.
+    curvature2: Vec<f32>,
     inward: Vec<f32>,
     e1: [Vec<f32>; 3],
     e2: [Vec<f32>; 3],
     normal: [Vec<f32>; 3],
     quad: Vec<f32>,
     any_ball: bool,
+    any_inward: bool,
     any_facet: bool,
 }
 
@@ -68,17 +70,19 @@ pub struct Sight<L: Lanes> {
 
 /// A sphere as seen from a point.
 struct Cone<L: Lanes> {
-    /// `1 - cos` of its rim, 2 from inside.
-    one_minus_cos: L::F,
+    /// `1 / (1 - cos)` of its rim; from inside 1/2, for all directions.
+    inverse_one_minus_cos: L::F,
     /// The point is inside.
     inside: L::M,
 }
 
+/// The cone of a sphere from the square of its centre's distance and `1 / radius^2`.
 #[inline(always)]
-fn cone<L: Lanes>(l: L, distance2: L::F, radius2: L::F) -> Cone<L> {
-    let inside = distance2.lt(radius2);
-    let outside_cos = warp::one_minus_cos_of_sphere(l, (radius2 / distance2).min(l.f(1.0)));
-    Cone { one_minus_cos: inside.select(l.f(2.0), outside_cos), inside }
+fn cone<L: Lanes>(l: L, distance2: L::F, curvature2: L::F) -> Cone<L> {
+    let x = distance2 * curvature2;
+    let inside = x.lt(l.f(1.0));
+    let outside = warp::inverse_one_minus_cos_of_sphere(l, x);
+    Cone { inverse_one_minus_cos: inside.select(l.f(0.5), outside), inside }
 }
 
 impl Light {
@@ -88,7 +92,7 @@ impl Light {
         match &self.shape {
             LightShape::Ball(ball) => {
                 let to_center = V3::splat(l, ball.center) - origin;
-                let inside = to_center.dot(to_center).lt(l.f(ball.radius * ball.radius));
+                let inside = (to_center.dot(to_center) * ball.curvature2()).lt(l.f(1.0));
                 let hit = ball.intersect(l, origin, dir);
                 let distance = inside.select(hit.far, hit.near);
                 let met = hit.meets & distance.gt(t_min);
@@ -115,7 +119,8 @@ impl Lights {
             t.any_ball |= ball.is_some();
             t.any_facet |= facet.is_some();
             t.is_ball.push(if ball.is_some() { 1.0 } else { 0.0 });
-            t.radius.push(ball.map_or(0.0, |b| b.radius));
+            t.any_inward |= ball.is_some_and(|b| b.inward);
+            t.curvature2.push(ball.map_or(0.0, |b| b.curvature2()));
             t.inward.push(if ball.is_some_and(|b| b.inward) { 1.0 } else { 0.0 });
             t.quad.push(if facet.is_some_and(|f| f.quad) { 1.0 } else { 0.0 });
             let p = ball.map(|b| b.center).or(facet.map(|f| f.p0)).unwrap_or_default();
@@ -155,17 +160,18 @@ impl Lights {
         let mut wi = to;
         let mut faces = l.m(true);
         if t.any_ball {
-            let radius = self.pick(l, &t.radius, choice);
             let distance2 = to.dot(to);
-            let cone = cone(l, distance2, radius * radius);
+            let cone = cone(l, distance2, self.pick(l, &t.curvature2, choice));
             let axis = to * (l.f(1.0) / distance2.max(l.f(f32::MIN_POSITIVE)).sqrt());
             // From the very centre there is no axis; any will do.
             let axis = V3::select(distance2.gt(l.f(0.0)), axis, V3 { x: l.f(0.0), y: l.f(0.0), z: l.f(1.0) });
-            let local = warp::square_to_cone(l, u, cone.one_minus_cos);
+            let local = warp::square_to_cone(l, u, l.f(1.0) / cone.inverse_one_minus_cos);
             let (s, b) = warp::frame(l, axis);
-            wi = s.scale_add(local.x, b.scale_add(local.y, axis * local.z));
-            let inward = self.pick(l, &t.inward, choice).gt(l.f(0.5));
-            faces = !(inward ^ cone.inside);
+            wi = s.scale_add(local.x, b.scale_add(local.y, axis * local.z)).renormalize(l);
+            faces = !cone.inside;
+            if t.any_inward {
+                faces = faces ^ self.pick(l, &t.inward, choice).gt(l.f(0.5));
+            }
         }
         if t.any_facet {
             let [b1, b2] = u;
@@ -176,11 +182,11 @@ impl Lights {
             let e2 = self.pick_v(l, &t.e2, choice);
             let point = e1.scale_add(b1, e2.scale_add(b2, to));
             let is_ball = self.pick(l, &t.is_ball, choice).gt(l.f(0.5));
-            wi = V3::select(is_ball, wi, point);
+            wi = V3::select(is_ball, wi, point.normalize(l));
             let normal = self.pick_v(l, &t.normal, choice);
             faces = (is_ball & faces) | (!is_ball & normal.dot(point).lt(l.f(0.0)));
         }
-        (wi.normalize(l), faces)
+        (wi, faces)
     }
 
     /// `table[choice]`: by comparing for a handful of lights, by fetching for many.
@@ -239,8 +245,8 @@ impl Lights {
             let density = match &light.shape {
                 LightShape::Ball(ball) => {
                     let to_center = V3::splat(l, ball.center) - p;
-                    let cone = cone(l, to_center.dot(to_center), l.f(ball.radius * ball.radius));
-                    warp::cone_pdf(l, cone.one_minus_cos)
+                    let cone = cone(l, to_center.dot(to_center), l.f(ball.curvature2()));
+                    warp::cone_pdf::<L>(cone.inverse_one_minus_cos)
                 }
                 LightShape::Facet(facet) => {
                     // Uniform over the area, dA = t^2 / cos dw.

@@ -16,7 +16,7 @@ pub const CUTOFF_ALPHA: f32 = 0.1;
 /// eqs. 9.8 and 9.10 to 9.12). `wins_ties` must be true for exactly one of the two; only the
 /// maximum heuristic asks. Where both are 0 the result is undefined: mask it.
 #[inline(always)]
-pub fn weight<L: Lanes>(l: L, heuristic: Heuristic, a: L::F, b: L::F, wins_ties: bool) -> L::F {
+pub fn weight<L: Lanes>(l: L, heuristic: Heuristic, a: L::F, b: L::F, wins_ties: L::M) -> L::F {
     let one = l.f(1.0);
     let zero = l.f(0.0);
     let ratio = b / a;
@@ -29,8 +29,7 @@ pub fn weight<L: Lanes>(l: L, heuristic: Heuristic, a: L::F, b: L::F, wins_ties:
             dropped.select(zero, other_dropped.select(one, one / (ratio + 1.0)))
         }
         Heuristic::Maximum => {
-            let wins = if wins_ties { a.ge(b) } else { a.gt(b) };
-            wins.select(one, zero)
+            (a.gt(b) | (wins_ties & a.ge(b))).select(one, zero)
         }
     }
 }

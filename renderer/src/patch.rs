@@ -118,9 +118,14 @@ impl Points {
         Self([0, 1, 2].map(|axis| Vec4::from_array(points.map(|p| p[axis]))))
     }
 
-    /// `v . (p - origin)` for each point.
-    fn along(&self, v: Vec3, origin: Vec3) -> Vec4 {
-        (self.0[0] - origin.x) * v.x + (self.0[1] - origin.y) * v.y + (self.0[2] - origin.z) * v.z
+    /// `v . p` for each point.
+    fn dot(&self, v: Vec3) -> Vec4 {
+        self.0[0] * v.x + self.0[1] * v.y + self.0[2] * v.z
+    }
+
+    /// The points as seen from `origin`.
+    fn from(&self, origin: Vec3) -> Self {
+        Self([self.0[0] - origin.x, self.0[1] - origin.y, self.0[2] - origin.z])
     }
 }
 
@@ -129,6 +134,8 @@ impl Points {
 struct Plate {
     facet: Facet,
     corners: Points,
+    /// The corners as seen from the eye.
+    from_eye: Points,
     /// The largest number in calculations with it: of coordinates and distances from the eye.
     reach: f32,
     /// 1 or -1 where all lights lie on that side of its plane, 0 elsewhere.
@@ -181,7 +188,7 @@ impl Beam {
     /// True if no ray meets the facet.
     fn misses_plate(&self, plate: &Plate) -> bool {
         let slack = SLACK * plate.reach;
-        self.sides.iter().any(|&side| plate.corners.along(side, self.eye).cmplt(Vec4::splat(-slack)).all())
+        self.sides.iter().any(|&side| plate.from_eye.dot(side).cmplt(Vec4::splat(-slack)).all())
     }
 
     /// True if no ray meets the sphere.
@@ -193,7 +200,7 @@ impl Beam {
     fn look(&self, plate: &Plate) -> Look {
         let facet = &plate.facet;
         let to_plane = facet.normal.dot(facet.p0 - self.eye);
-        let cos = self.rays.along(facet.normal, Vec3::ZERO);
+        let cos = self.rays.dot(facet.normal);
         let inverse = cos / to_plane;
         let error = SLACK * (self.length + inverse.abs().max_element() * plate.reach) / to_plane.abs();
 
@@ -201,8 +208,8 @@ impl Beam {
         let distance = inverse.recip();
         let from_p0 = self.eye - facet.p0;
         let [u_axis, v_axis] = facet.axes();
-        let u = self.rays.along(u_axis, Vec3::ZERO) * distance + u_axis.dot(from_p0);
-        let v = self.rays.along(v_axis, Vec3::ZERO) * distance + v_axis.dot(from_p0);
+        let u = self.rays.dot(u_axis) * distance + u_axis.dot(from_p0);
+        let v = self.rays.dot(v_axis) * distance + v_axis.dot(from_p0);
         let relative = 1.0 + error / inverse.abs().min_element() / SLACK;
         let slack = Vec4::splat(SLACK * (u_axis.length() + v_axis.length()) * plate.reach * relative);
         let upper = if facet.quad { u.max(v) } else { u + v };
@@ -219,17 +226,19 @@ impl Plate {
         }
         let sizes = corners.map(|c| c.abs().max_element().max((c - eye).length()));
         let reach = sizes.into_iter().fold(eye.abs().max_element(), f32::max);
-        Self { facet: *facet, corners: Points::new(corners), reach, lights_side: lights_side(facet, lights, reach) }
+        let corners = Points::new(corners);
+        let lights_side = lights_side(facet, lights, reach);
+        Self { facet: *facet, corners, from_eye: corners.from(eye), reach, lights_side }
     }
 
     /// True if no segment from these points, which lie in a plane of another facet, to a light
     /// crosses this one.
     fn harmless(&self, surface: &Surface, epsilon: f32) -> bool {
         // Reflected rays start `epsilon` above the surface and go up.
-        if self.corners.along(surface.up, surface.origin).cmple(Vec4::splat(0.5 * epsilon)).all() {
+        if self.corners.from(surface.origin).dot(surface.up).cmple(Vec4::splat(0.5 * epsilon)).all() {
             return true;
         }
-        let height = surface.points.along(self.facet.normal, self.facet.p0) * self.lights_side;
+        let height = surface.points.from(self.facet.p0).dot(self.facet.normal) * self.lights_side;
         height.cmpgt(Vec4::splat(surface.slack + SLACK * self.reach + epsilon)).all()
     }
 }

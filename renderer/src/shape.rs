@@ -111,6 +111,12 @@ pub struct BallHit<L: Lanes> {
 }
 
 impl Ball {
+    /// 1 / radius^2.
+    #[inline(always)]
+    pub fn curvature2(&self) -> f32 {
+        1.0 / (self.radius * self.radius)
+    }
+
     /// Both intersections with the lines `origin + t dir`, `dir` of length 1. The distance of the
     /// line to the centre is taken from the vector between them: the difference of squares would
     /// lose the smallest lights (radius 0.03 at distance 15) to cancellation in f32.

@@ -69,17 +69,22 @@ pub fn square_to_cone<L: Lanes>(l: L, u: [L::F; 2], one_minus_cos: L::F) -> V3<L
     V3 { x: r * cos, y: r * sin, z: l.f(1.0) - h }
 }
 
-/// `1 / (2 pi (1 - cos))` inside the cone, per solid angle. The caller decides what is inside.
+/// `1 / (2 pi (1 - cos))` inside the cone, per solid angle, from `1 / (1 - cos)`. The caller decides
+/// what is inside.
 #[inline(always)]
-pub fn cone_pdf<L: Lanes>(l: L, one_minus_cos: L::F) -> L::F {
-    l.f(1.0 / (2.0 * PI)) / one_minus_cos
+pub fn cone_pdf<L: Lanes>(inverse_one_minus_cos: L::F) -> L::F {
+    inverse_one_minus_cos * (1.0 / (2.0 * PI))
 }
 
-/// `1 - cos` of the rim of the cone that a sphere fills, from `sin^2 = (radius / distance)^2 <= 1`:
-/// `1 - cos = sin^2 / (1 + cos)`, without cancellation.
+/// `1 / (1 - cos)` of the rim of the cone that a sphere fills, from `x = (distance / radius)^2 >= 1`.
+///
+/// Since `sin^2 = 1 / x`, it is `(1 + cos) / sin^2 = x + sqrt(x (x - 1))`: no cancellation for the
+/// smallest lights, and no division.
 #[inline(always)]
-pub fn one_minus_cos_of_sphere<L: Lanes>(l: L, sin2: L::F) -> L::F {
-    sin2 / ((l.f(1.0) - sin2).max(l.f(0.0)).sqrt() + 1.0)
+pub fn inverse_one_minus_cos_of_sphere<L: Lanes>(l: L, x: L::F) -> L::F {
+    let root = (x * (x - 1.0)).max(l.f(0.0)).sqrt();
+    // Where the product would overflow, x - 1 has long been x.
+    x + x.lt(l.f(1e15)).select(root, x)
 }
 
 /// Barycentric coordinates (b1, b2), uniform over a triangle: the square folded along its diagonal.
@@ -90,7 +95,7 @@ pub fn square_to_triangle<L: Lanes>(l: L, u: [L::F; 2]) -> [L::F; 2] {
 }
 
 /// A visible GGX normal around +z for the direction `wo` (z > 0) and width `alpha`, by spherical
-/// caps (Dupuy and Benyoub 2023); density `D_v(h)`, see [`crate::bsdf`].
+/// caps (Dupuy and Benyoub 2023); density `D_v(h)`, see [`crate::bsdf`]. Not of unit length.
 #[inline(always)]
 pub fn square_to_visible_normal<L: Lanes>(l: L, u: [L::F; 2], wo: V3<L>, alpha: L::F) -> V3<L> {
     let stretched = V3 { x: wo.x * alpha, y: wo.y * alpha, z: wo.z }.normalize(l);
@@ -100,5 +105,5 @@ pub fn square_to_visible_normal<L: Lanes>(l: L, u: [L::F; 2], wo: V3<L>, alpha: 
     let r = (one_minus_z * (l.f(2.0) - one_minus_z)).max(l.f(0.0)).sqrt();
     let cap = V3 { x: r * cos, y: r * sin, z: l.f(1.0) - one_minus_z };
     let h = cap + stretched;
-    V3 { x: h.x * alpha, y: h.y * alpha, z: h.z }.normalize(l)
+    V3 { x: h.x * alpha, y: h.y * alpha, z: h.z }
 }
