@@ -27,6 +27,21 @@ impl Lanewise {
         Self::Wide(Level::new())
     }
 
+    /// Every way this machine can run, the fastest first.
+    pub fn all() -> Vec<Self> {
+        let best = Level::new();
+        let mut ways = vec![Self::Wide(best)];
+        #[cfg(target_arch = "x86_64")]
+        for level in [best.as_avx2().map(Simd::level), best.as_sse4_2().map(Simd::level)].into_iter().flatten() {
+            let way = Self::Wide(level);
+            if ways.iter().all(|other| other.name() != way.name()) {
+                ways.push(way);
+            }
+        }
+        ways.push(Self::Single);
+        ways
+    }
+
     /// Short name, e.g. "AVX-512".
     pub fn name(self) -> &'static str {
         match self {
