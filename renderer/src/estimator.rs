@@ -103,7 +103,7 @@ pub fn reflected_radiance<L: Lanes>(
 ) -> Reflected<L> {
     let one = l.f(1.0);
     let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
-    let mut sum = Reflected { light: none, bsdf: none };
+    let mut reflected = Reflected { light: none, bsdf: none };
 
     for ray in 0..settings.strategy.rays_per_sample() {
         // Which technique draws this ray (in which lanes), and with what probability c each does.
@@ -132,10 +132,15 @@ pub fn reflected_radiance<L: Lanes>(
             Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),
         };
         let sample = contribution(l, &x, weight, c, p);
-        sum.light = add(sum.light, sample.only(l, by_light));
-        sum.bsdf = add(sum.bsdf, sample.only(l, !by_light));
+        // A technique draws at most one of the rays.
+        if by_light.any() {
+            reflected.light = sample.only(l, by_light);
+        }
+        if !by_light.all() {
+            reflected.bsdf = sample.only(l, !by_light);
+        }
     }
-    sum
+    reflected
 }
 
 /// A direction, by the light technique where `by_light`, by the BSDF technique elsewhere.
@@ -178,7 +183,7 @@ fn candidate<L: Lanes>(
     near: &Candidates,
 ) -> Candidate<L> {
     let zero = l.f(0.0);
-    let sight = scene.lights.look(l, s.p, draw.wi, l.f(scene.epsilon));
+    let sight = scene.lights.look(l, s.p, draw.wi, l.f(scene.epsilon), near.may_be_blocked());
     let smooth = bsdf::evaluate(l, s, wo, draw.wi);
     let bsdf_cos = V3::select(draw.dirac, draw.dirac_f, smooth.f_cos);
     let p =
@@ -187,7 +192,7 @@ fn candidate<L: Lanes>(
     // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
     let lit = draw.valid & !(unshadowed.x + unshadowed.y + unshadowed.z).le(zero);
     // Most BSDF samples meet no light: then nothing needs to be asked about visibility.
-    let visible = if lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit, near) } else { lit };
+    let visible = if near.may_be_blocked() && lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit, near) } else { lit };
     Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p }
 }
 
@@ -199,12 +204,6 @@ fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, c: L::F, p: L::F
     let carries = !p.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
     let value = x.f * (weight / (c * p));
     Contribution { value: V3::select(carries, value, V3::all(zero)), weight: carries.select(weight, zero), carries }
-}
-
-/// Sums what two rays of one sample add; at most one of them is drawn by this technique.
-#[inline(always)]
-fn add<L: Lanes>(a: Contribution<L>, b: Contribution<L>) -> Contribution<L> {
-    Contribution { value: a.value + b.value, weight: a.weight + b.weight, carries: a.carries | b.carries }
 }
 
 /// `a` where true, `b` elsewhere.

@@ -62,7 +62,7 @@ struct Tables {
 pub struct Sight<L: Lanes> {
     /// `p_L` of the direction, per solid angle.
     pub pdf: L::F,
-    /// Distance to the nearest light surface; infinite if none is met.
+    /// Distance to the nearest light surface, infinite if none is met; if it was not asked for, any.
     pub t: L::F,
     /// Radiance that the nearest one sends back, were nothing else in the way.
     pub radiance: V3<L>,
@@ -85,23 +85,56 @@ fn cone<L: Lanes>(l: L, distance2: L::F, curvature2: L::F) -> Cone<L> {
     Cone { inverse_one_minus_cos: inside.select(l.f(0.5), outside), inside }
 }
 
-impl Light {
-    /// Where a ray meets the light, whether it does beyond `t_min`, and if so on the emitting side.
+/// Where rays meet a light.
+struct Meeting<L: Lanes> {
+    /// True where they do, on either side.
+    met: L::M,
+    /// True where they do on the side that emits.
+    faces: L::M,
+    /// Density of sampling this light in that direction, per solid angle.
+    density: L::F,
+    /// The distance is `along - sqrt(half2)`, from inside a sphere `along + sqrt(half2)`.
+    along: L::F,
+    half2: L::F,
+    inside: L::M,
+}
+
+impl<L: Lanes> Meeting<L> {
+    /// Distance to the light's surface.
     #[inline(always)]
-    fn meet<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> (L::F, L::M, L::M) {
+    fn distance(&self, l: L) -> L::F {
+        let half = self.half2.max(l.f(0.0)).sqrt();
+        self.along + self.inside.select(half, -half)
+    }
+}
+
+impl Light {
+    /// Whether and where rays meet the light beyond `t_min`, without a square root for the distance.
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
+        let zero = l.f(0.0);
         match &self.shape {
             LightShape::Ball(ball) => {
                 let to_center = V3::splat(l, ball.center) - origin;
-                let inside = (to_center.dot(to_center) * ball.curvature2()).lt(l.f(1.0));
-                let hit = ball.intersect(l, origin, dir);
-                let distance = inside.select(hit.far, hit.near);
-                let met = hit.meets & distance.gt(t_min);
-                (distance, met, met & if ball.inward { inside } else { !inside })
+                let cone = cone(l, to_center.dot(to_center), l.f(ball.curvature2()));
+                let (along, half2) = ball.chord(l, origin, dir);
+                // near = along - half > t_min and far = along + half > t_min, squared.
+                let beyond = along - t_min;
+                let (ahead, short) = (beyond.gt(zero), half2.lt(beyond * beyond));
+                let reaches = (ahead & (short | cone.inside)) | (cone.inside & !short);
+                let met = half2.ge(zero) & reaches;
+                let faces = met & if ball.inward { cone.inside } else { !cone.inside };
+                let density = warp::cone_pdf::<L>(cone.inverse_one_minus_cos);
+                Meeting { met, faces, density, along, half2, inside: cone.inside }
             }
             LightShape::Facet(facet) => {
                 let (distance, inside) = facet.intersect(l, origin, dir);
                 let met = inside & distance.gt(t_min);
-                (distance, met, met & V3::splat(l, facet.normal).dot(dir).lt(l.f(0.0)))
+                // Uniform over the area, dA = t^2 / cos dw.
+                let cos = -(V3::splat(l, facet.normal).dot(dir));
+                let density = distance * distance / (cos * facet.area);
+                let faces = met & cos.gt(zero);
+                Meeting { met, faces, density, along: distance, half2: zero, inside: l.m(false) }
             }
         }
     }
@@ -223,42 +256,44 @@ impl Lights {
         for k in 0..if listed { list.len() } else { self.list.len() } {
             let i = if listed { list.get(k) } else { k };
             let light = &self.list[i];
-            let (distance, met, faces) = light.meet(l, origin, dir, t_min);
-            let nearer = met & distance.lt(t);
+            let meeting = light.meet(l, origin, dir, t_min);
+            let distance = meeting.distance(l);
+            let nearer = meeting.met & distance.lt(t);
             t = nearer.select(distance, t);
             index = nearer.select_u(l.u(i as u32), index);
-            let emitted = V3::select(faces, V3::splat(l, light.radiance), V3::all(l.f(0.0)));
+            let emitted = V3::select(meeting.faces, V3::splat(l, light.radiance), V3::all(l.f(0.0)));
             radiance = V3::select(nearer, emitted, radiance);
         }
         (t, index, radiance)
     }
 
-    /// Density of the light technique at `wi`, and what emits there.
+    /// Density of the light technique at `wi`, and what emits there; how far that is only if
+    /// `distances` are asked for.
     #[inline(always)]
-    pub fn look<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F) -> Sight<L> {
+    pub fn look<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F, distances: bool) -> Sight<L> {
         let zero = l.f(0.0);
         let mut pdf = zero;
-        let mut t = l.f(f32::INFINITY);
         let mut radiance = V3::all(zero);
+        let (mut met, mut overlap) = (l.m(false), l.m(false));
         for light in &self.list {
-            let (distance, met, faces) = light.meet(l, p, wi, t_min);
-            let density = match &light.shape {
-                LightShape::Ball(ball) => {
-                    let to_center = V3::splat(l, ball.center) - p;
-                    let cone = cone(l, to_center.dot(to_center), l.f(ball.curvature2()));
-                    warp::cone_pdf::<L>(cone.inverse_one_minus_cos)
-                }
-                LightShape::Facet(facet) => {
-                    // Uniform over the area, dA = t^2 / cos dw.
-                    let cos = -(V3::splat(l, facet.normal).dot(wi));
-                    distance * distance / (cos * facet.area)
-                }
-            };
-            pdf = faces.select(pdf + density, pdf);
-            let nearer = met & distance.lt(t);
-            t = nearer.select(distance, t);
-            let emitted = V3::select(faces, V3::splat(l, light.radiance), V3::all(zero));
-            radiance = V3::select(nearer, emitted, radiance);
+            let meeting = light.meet(l, p, wi, t_min);
+            overlap = overlap | (met & meeting.met);
+            met = met | meeting.met;
+            pdf = meeting.faces.select(pdf + meeting.density, pdf);
+            radiance = V3::select(meeting.faces, V3::splat(l, light.radiance), radiance);
+        }
+        let mut t = l.f(f32::INFINITY);
+        // Few directions meet two lights: then the nearer one hides the other.
+        if distances || overlap.any() {
+            radiance = V3::all(zero);
+            for light in &self.list {
+                let meeting = light.meet(l, p, wi, t_min);
+                let distance = meeting.distance(l);
+                let nearer = meeting.met & distance.lt(t);
+                t = nearer.select(distance, t);
+                let emitted = V3::select(meeting.faces, V3::splat(l, light.radiance), V3::all(zero));
+                radiance = V3::select(nearer, emitted, radiance);
+            }
         }
         Sight { pdf: pdf * (1.0 / self.list.len().max(1) as f32), t, radiance }
     }

@@ -91,6 +91,16 @@ pub struct Candidates {
     pub lights: List,
     /// Primitives of the geometry that may come between a surface of the patch and a light.
     pub occluders: List,
+    /// There is a tree of primitives, any of which may do so.
+    pub tree: bool,
+}
+
+impl Candidates {
+    /// False where nothing can come between a surface of the patch and a light.
+    #[inline(always)]
+    pub fn may_be_blocked(&self) -> bool {
+        self.tree || !self.occluders.is_empty()
+    }
 }
 
 /// The primitives of a scene in the form that the questions are asked in.
@@ -102,6 +112,7 @@ pub struct Patches {
     ball_lights: Vec<(usize, Globe)>,
     /// How many primitives and lights there are.
     counts: [usize; 2],
+    tree: bool,
     /// False where there are too many for lists.
     listed: bool,
     /// A light may stand in the picture as a surface that scatters.
@@ -317,6 +328,7 @@ impl Patches {
             facet_lights: Vec::new(),
             ball_lights: Vec::new(),
             counts,
+            tree: geometry.has_tree(),
             listed,
             lights_scatter: lights.list.iter().any(|light| light.material.scatters()),
             epsilon,
@@ -337,7 +349,7 @@ impl Patches {
     /// Every primitive: what [`Self::candidates`] narrows.
     pub fn everything(&self) -> Candidates {
         let [primitives, lights] = self.counts.map(List::all);
-        Candidates { surfaces: primitives, covered: false, lights, occluders: primitives }
+        Candidates { surfaces: primitives, covered: false, lights, occluders: primitives, tree: self.tree }
     }
 
     /// The primitives that can matter to camera rays through image points from `min` to `max`, in pixels.
@@ -387,7 +399,7 @@ impl Patches {
         } else {
             List::all(self.counts[0])
         };
-        Candidates { surfaces: List::of(surfaces), covered, lights: List::of(lights), occluders }
+        Candidates { surfaces: List::of(surfaces), covered, lights: List::of(lights), occluders, tree: self.tree }
     }
 
     /// What may come between the surfaces of a patch and the lights.

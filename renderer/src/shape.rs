@@ -100,16 +100,6 @@ pub struct Ball {
     pub shape: u32,
 }
 
-/// Where a packet of unit-direction rays meets a sphere.
-pub struct BallHit<L: Lanes> {
-    /// First intersection along the ray (negative if behind the origin).
-    pub near: L::F,
-    /// Second intersection.
-    pub far: L::F,
-    /// Whether the line meets the sphere at all.
-    pub meets: L::M,
-}
-
 impl Ball {
     /// 1 / radius^2.
     #[inline(always)]
@@ -117,25 +107,27 @@ impl Ball {
         1.0 / (self.radius * self.radius)
     }
 
-    /// Both intersections with the lines `origin + t dir`, `dir` of length 1. The distance of the
-    /// line to the centre is taken from the vector between them: the difference of squares would
-    /// lose the smallest lights (radius 0.03 at distance 15) to cancellation in f32.
+    /// Where the lines `origin + t dir`, `dir` of length 1, come nearest to the centre, and the square
+    /// of half the chord inside the sphere, negative where they miss it. The distance of the line to
+    /// the centre is taken from the vector between them: the difference of squares would lose the
+    /// smallest lights (radius 0.03 at distance 15) to cancellation in f32.
     #[inline(always)]
-    pub fn intersect<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> BallHit<L> {
+    pub fn chord<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
         let to_center = V3::splat(l, self.center) - origin;
         let along = to_center.dot(dir);
         let off = to_center - dir * along;
-        let half2 = l.f(self.radius * self.radius) - off.dot(off);
-        let half = half2.max(l.f(0.0)).sqrt();
-        BallHit { near: along - half, far: along + half, meets: half2.ge(l.f(0.0)) }
+        (along, l.f(self.radius * self.radius) - off.dot(off))
     }
 
     /// Nearest intersection beyond `t_min`; infinite if there is none.
     #[inline(always)]
     pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> L::F {
-        let hit = self.intersect(l, origin, dir);
+        let (along, half2) = self.chord(l, origin, dir);
+        let half = half2.max(l.f(0.0)).sqrt();
+        let (near, far) = (along - half, along + half);
+        let meets = half2.ge(l.f(0.0));
         let infinite = l.f(f32::INFINITY);
-        let far = (hit.meets & hit.far.gt(t_min)).select(hit.far, infinite);
-        (hit.meets & hit.near.gt(t_min)).select(hit.near, far)
+        let far = (meets & far.gt(t_min)).select(far, infinite);
+        (meets & near.gt(t_min)).select(near, far)
     }
 }

@@ -79,12 +79,17 @@ pub fn cone_pdf<L: Lanes>(inverse_one_minus_cos: L::F) -> L::F {
 /// `1 / (1 - cos)` of the rim of the cone that a sphere fills, from `x = (distance / radius)^2 >= 1`.
 ///
 /// Since `sin^2 = 1 / x`, it is `(1 + cos) / sin^2 = x + sqrt(x (x - 1))`: no cancellation for the
-/// smallest lights, and no division.
+/// smallest lights, and no division. From 32 radii on, `2 x - 1/2` is the same to 6e-8, has no root
+/// and does not overflow.
 #[inline(always)]
 pub fn inverse_one_minus_cos_of_sphere<L: Lanes>(l: L, x: L::F) -> L::F {
-    let root = (x * (x - 1.0)).max(l.f(0.0)).sqrt();
-    // Where the product would overflow, x - 1 has long been x.
-    x + x.lt(l.f(1e15)).select(root, x)
+    let far = x.gt(l.f(1024.0));
+    let mut inverse = x * 2.0 - 0.5;
+    if !far.all() {
+        let near = x + (x * (x - 1.0)).max(l.f(0.0)).sqrt();
+        inverse = far.select(inverse, near);
+    }
+    inverse
 }
 
 /// Barycentric coordinates (b1, b2), uniform over a triangle: the square folded along its diagonal.
