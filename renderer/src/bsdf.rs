@@ -85,100 +85,51 @@ fn reflects_all(eta: Vec3, k: Vec3) -> bool {
     (0..3).all(|c| k[c] >= 1e4 && normal(eta[c], k[c]) < 1e-6)
 }
 
-/// The surface points that a packet of camera rays met, with their materials.
+/// Points of one surface that a packet of camera rays met.
 #[derive(Clone, Copy)]
-pub struct Surface<L: Lanes> {
+pub struct Surface<'a, L: Lanes> {
     /// Position.
     pub p: V3<L>,
     /// Unit normal on the viewer's side.
     pub n: V3<L>,
-    kd: V3<L>,
-    ks: V3<L>,
-    alpha: L::F,
-    eta: V3<L>,
-    k: V3<L>,
-    conductor: L::M,
-    dielectric: L::M,
-    diffuse: L::M,
-    specular: L::M,
+    /// What it is made of, the same in all lanes.
+    pub material: &'a Material,
 }
 
-impl<L: Lanes> Surface<L> {
-    /// The same material at every lane.
-    #[inline(always)]
-    pub fn new(l: L, p: V3<L>, n: V3<L>, material: &Material) -> Self {
-        let (eta, k) = match material.fresnel {
-            Fresnel::Conductor { eta, k } => (eta, k),
-            Fresnel::One | Fresnel::Dielectric => (Vec3::ONE, Vec3::ZERO),
-        };
-        Self {
-            p,
-            n,
-            kd: V3::splat(l, material.kd),
-            ks: V3::splat(l, material.ks),
-            alpha: l.f(material.alpha),
-            eta: V3::splat(l, eta),
-            k: V3::splat(l, k),
-            conductor: l.m(matches!(material.fresnel, Fresnel::Conductor { .. })),
-            dielectric: l.m(material.fresnel == Fresnel::Dielectric),
-            diffuse: l.m(material.has_diffuse),
-            specular: l.m(material.has_specular),
-        }
-    }
-
-    /// `a` where true, `b` elsewhere.
-    #[inline(always)]
-    pub fn select(m: L::M, a: Self, b: Self) -> Self {
-        Self {
-            p: V3::select(m, a.p, b.p),
-            n: V3::select(m, a.n, b.n),
-            kd: V3::select(m, a.kd, b.kd),
-            ks: V3::select(m, a.ks, b.ks),
-            alpha: m.select(a.alpha, b.alpha),
-            eta: V3::select(m, a.eta, b.eta),
-            k: V3::select(m, a.k, b.k),
-            conductor: (m & a.conductor) | (!m & b.conductor),
-            dielectric: (m & a.dielectric) | (!m & b.dielectric),
-            diffuse: (m & a.diffuse) | (!m & b.diffuse),
-            specular: (m & a.specular) | (!m & b.specular),
-        }
-    }
-
-    /// True where anything is reflected at all.
-    #[inline(always)]
-    pub fn scatters(&self) -> L::M {
-        self.diffuse | self.specular
-    }
-
+impl Material {
     /// True where the specular lobe is a Dirac delta.
     #[inline(always)]
-    fn dirac(&self, l: L) -> L::M {
-        self.specular & self.alpha.lt(l.f(MIRROR_ALPHA))
+    fn is_dirac(&self) -> bool {
+        self.has_specular && self.alpha < MIRROR_ALPHA
     }
 
     /// Probability that a BSDF sample is drawn from the specular lobe: 1, 0 or, with both, 1/2.
     #[inline(always)]
-    fn specular_prob(&self, l: L) -> L::F {
-        let both = (self.diffuse & self.specular).select(l.f(0.5), l.f(1.0));
-        self.specular.select(both, l.f(0.0))
+    fn specular_prob(&self) -> f32 {
+        match (self.has_specular, self.has_diffuse) {
+            (true, true) => 0.5,
+            (true, false) => 1.0,
+            (false, _) => 0.0,
+        }
     }
 
-    /// Fresnel reflectance at `cos` between the half vector and either direction.
+    /// Colour of the specular lobe times the Fresnel reflectance, from twice the cosine between the half
+    /// vector and either direction, squared.
     #[inline(always)]
-    fn fresnel(&self, l: L, cos: L::F) -> V3<L> {
-        let mut f = V3::all(l.f(1.0));
-        if self.dielectric.any() {
-            f = V3::select(self.dielectric, V3::all(fresnel_dielectric(l, cos)), f);
+    fn specular<L: Lanes>(&self, l: L, four_cos2: L::F) -> V3<L> {
+        let ks = V3::splat(l, self.ks);
+        match self.fresnel {
+            Fresnel::One => ks,
+            Fresnel::Dielectric => ks * fresnel_dielectric(l, four_cos2.sqrt() * 0.5),
+            Fresnel::Conductor { eta, k } => {
+                let cos = four_cos2.sqrt() * 0.5;
+                ks.times(V3 {
+                    x: fresnel_conductor(l, cos, eta.x, k.x),
+                    y: fresnel_conductor(l, cos, eta.y, k.y),
+                    z: fresnel_conductor(l, cos, eta.z, k.z),
+                })
+            }
         }
-        if self.conductor.any() {
-            let metal = V3 {
-                x: fresnel_conductor(l, cos, self.eta.x, self.k.x),
-                y: fresnel_conductor(l, cos, self.eta.y, self.k.y),
-                z: fresnel_conductor(l, cos, self.eta.z, self.k.z),
-            };
-            f = V3::select(self.conductor, metal, f);
-        }
-        f
     }
 }
 
@@ -198,40 +149,36 @@ pub struct BsdfValue<L: Lanes> {
 /// `s = sqrt(alpha^2 + (1 - alpha^2) cos^2)`, `G1 = 2 cos_o / (cos_o + s_o)` and
 /// `G2 = 2 cos_o cos_i / (s_o cos_i + s_i cos_o)`.
 #[inline(always)]
-pub fn evaluate<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, wi: V3<L>) -> BsdfValue<L> {
+pub fn evaluate<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, wi: V3<L>) -> BsdfValue<L> {
     let zero = l.f(0.0);
+    let m = s.material;
     let cos_o = s.n.dot(wo);
     let cos_i = s.n.dot(wi);
     let above = cos_i.gt(zero) & cos_o.gt(zero);
-    let specular_prob = s.specular_prob(l);
+    let specular_prob = m.specular_prob();
     let mut f_cos = V3::all(zero);
     let mut pdf = zero;
 
-    if s.diffuse.any() {
-        let cos = s.diffuse.select(cos_i, zero);
-        f_cos = s.kd * (cos * FRAC_1_PI);
-        pdf = (l.f(1.0) - specular_prob) * warp::cosine_hemisphere_pdf(l, cos);
+    if m.has_diffuse {
+        f_cos = V3::splat(l, m.kd) * (cos_i * FRAC_1_PI);
+        pdf = warp::cosine_hemisphere_pdf(l, cos_i) * (1.0 - specular_prob);
     }
-
-    let glossy = s.specular & !s.dirac(l);
-    if glossy.any() {
+    if m.has_specular && !m.is_dirac() {
         let h = wo + wi;
         let h2 = h.dot(h);
         // sin^2 of the half vector from the cross product: 1 - cos^2 would lose narrow lobes.
         let across = s.n.cross(h);
         let n_h = s.n.dot(h);
-        let alpha2 = s.alpha * s.alpha;
-        let shape = across.dot(across) + alpha2 * n_h * n_h;
-        let half_d = alpha2 * h2 * h2 / (shape * shape) * (0.5 * FRAC_1_PI);
+        let alpha2 = m.alpha * m.alpha;
+        let shape = across.dot(across) + n_h * n_h * alpha2;
+        let half_d = h2 * h2 * (0.5 * FRAC_1_PI * alpha2) / (shape * shape);
         let s_o = smith(l, alpha2, cos_o);
         let s_i = smith(l, alpha2, cos_i);
         let lobe = half_d * cos_i / (s_o * cos_i + s_i * cos_o);
         let lobe_pdf = half_d / (cos_o + s_o);
         // cos between half vector and wo: (wo.wo + wo.wi) / |h| = |h| / 2 for unit vectors.
-        let cos_h = h2.sqrt() * 0.5;
-        let reflected = s.ks.times(s.fresnel(l, cos_h)) * lobe;
-        f_cos = V3::select(glossy, f_cos + reflected, f_cos);
-        pdf = glossy.select(specular_prob.mul_add(lobe_pdf, pdf), pdf);
+        f_cos = f_cos + m.specular(l, h2) * lobe;
+        pdf = pdf + lobe_pdf * specular_prob;
     }
     BsdfValue { f_cos: V3::select(above, f_cos, V3::all(zero)), pdf: above.select(pdf, zero) }
 }
@@ -250,45 +197,43 @@ pub struct BsdfSample<L: Lanes> {
 
 /// Draws a direction, with the density of [`evaluate`] or, on Dirac lobes, the mirror direction.
 #[inline(always)]
-pub fn sample<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Numbers<L>) -> BsdfSample<L> {
+pub fn sample<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> BsdfSample<L> {
     let u = random.get_2d(Dimension::Bsdf);
-    let specular_prob = s.specular_prob(l);
-    let mut from_specular = s.specular;
-    if (s.diffuse & s.specular).any() {
+    let m = s.material;
+    let specular_prob = l.f(m.specular_prob());
+    let mut from_specular = l.m(m.has_specular);
+    if m.has_two_lobes() {
         from_specular = random.get_1d(Dimension::Lobe).lt(specular_prob);
     }
-    let dirac = from_specular & s.dirac(l);
-    let glossy = from_specular & !dirac;
     let cos_o = s.n.dot(wo);
-    let mut wi = s.n;
-    let mut dirac_f = V3::all(l.f(0.0));
+    let (mut wi, mut dirac, mut dirac_f) = (s.n, l.m(false), V3::all(l.f(0.0)));
 
-    if !(dirac.all()) {
+    if m.has_diffuse || !m.is_dirac() {
         let (t, b) = warp::frame(l, s.n);
         let mut local = V3::all(l.f(0.0));
-        if !glossy.all() {
+        if m.has_diffuse {
             local = warp::square_to_cosine_hemisphere(l, u);
         }
-        if glossy.any() {
+        if m.has_specular && !m.is_dirac() {
             let wo_local = V3 { x: t.dot(wo), y: b.dot(wo), z: cos_o };
-            let h = warp::square_to_visible_normal(l, u, wo_local, s.alpha);
+            let h = warp::square_to_visible_normal(l, u, wo_local, l.f(m.alpha));
             let mirrored = h * (wo_local.dot(h) * 2.0 / h.dot(h)) - wo_local;
-            local = V3::select(glossy, mirrored, local);
+            local = V3::select(from_specular, mirrored, local);
         }
         wi = t.scale_add(local.x, b.scale_add(local.y, s.n * local.z)).renormalize(l);
     }
-    if dirac.any() {
-        let mirrored = s.n * (cos_o * 2.0) - wo;
-        wi = V3::select(dirac, mirrored, wi);
-        dirac_f = V3::select(dirac, s.ks.times(s.fresnel(l, cos_o)), dirac_f);
+    if m.is_dirac() {
+        dirac = from_specular;
+        wi = V3::select(dirac, s.n * (cos_o * 2.0) - wo, wi);
+        dirac_f = m.specular(l, cos_o * cos_o * 4.0);
     }
     BsdfSample { wi, dirac, dirac_f, dirac_pmf: specular_prob }
 }
 
 /// `sqrt(alpha^2 + (1 - alpha^2) cos^2)`: Smith's Lambda is `(s / cos - 1) / 2`.
 #[inline(always)]
-fn smith<L: Lanes>(l: L, alpha2: L::F, cos: L::F) -> L::F {
-    ((l.f(1.0) - alpha2) * cos).mul_add(cos, alpha2).max(l.f(0.0)).sqrt()
+fn smith<L: Lanes>(l: L, alpha2: f32, cos: L::F) -> L::F {
+    (cos * (1.0 - alpha2)).mul_add(cos, l.f(alpha2)).max(l.f(0.0)).sqrt()
 }
 
 /// Unpolarised Fresnel reflectance from air into a dielectric of index 1.5.
@@ -306,13 +251,13 @@ fn fresnel_dielectric<L: Lanes>(l: L, cos: L::F) -> L::F {
 /// Unpolarised Fresnel reflectance of a metal with index `eta + i k`, from the complex Fresnel
 /// equations with `a^2 + b^2 = sqrt((eta^2 - k^2 - sin^2)^2 + 4 eta^2 k^2)`.
 #[inline(always)]
-fn fresnel_conductor<L: Lanes>(l: L, cos: L::F, eta: L::F, k: L::F) -> L::F {
+fn fresnel_conductor<L: Lanes>(l: L, cos: L::F, eta: f32, k: f32) -> L::F {
     let one = l.f(1.0);
     let cos = cos.min(one).max(l.f(0.0));
     let cos2 = cos * cos;
     let sin2 = one - cos2;
-    let t0 = eta * eta - k * k - sin2;
-    let a2b2 = (t0 * t0 + eta * eta * k * k * 4.0).max(l.f(0.0)).sqrt();
+    let t0 = l.f(eta * eta - k * k) - sin2;
+    let a2b2 = (t0 * t0 + 4.0 * (eta * eta * k * k)).max(l.f(0.0)).sqrt();
     let a = ((a2b2 + t0) * 0.5).max(l.f(0.0)).sqrt();
     let t1 = a2b2 + cos2;
     let t2 = a * cos * 2.0;

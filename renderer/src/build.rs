@@ -6,7 +6,7 @@ use crate::bsdf::{Material, Surface};
 use crate::camera::Pinhole;
 use crate::error::Error;
 use crate::geometry::Geometry;
-use crate::lanes::{Lanes, Mask, Real, Uint, V3};
+use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::light::{Light, LightShape, Lights};
 use crate::patch::{Candidates, Patches};
 use crate::scene::{self, Scene};
@@ -39,10 +39,12 @@ pub struct BuiltScene {
 
 /// What a packet of camera rays met.
 pub struct CameraHit<L: Lanes> {
-    /// The surface points; meaningful where `scatters`.
-    pub surface: Surface<L>,
-    /// True where there is a surface that reflects.
-    pub scatters: L::M,
+    /// Where they met it.
+    pub p: V3<L>,
+    /// True where there is a surface that may reflect.
+    pub surface: L::M,
+    /// Number of that surface, for [`BuiltScene::surface`].
+    pub id: L::U,
     /// Radiance of a light met directly, 0 elsewhere.
     pub emitted: V3<L>,
     /// True where a light that shines this way was met.
@@ -125,52 +127,49 @@ impl BuiltScene {
         let zero = l.f(0.0);
         let origin = V3::splat(l, self.camera.origin);
         if near.covered {
-            let facet = &self.geometry.facets[near.surfaces.get(0)];
-            let p = dir.scale_add(facet.distance(l, origin, dir), origin);
-            let material = &self.materials[facet.shape as usize];
-            let mut surface = Surface::new(l, p, V3::splat(l, facet.normal), material);
-            surface.n = facing(l, surface.n, dir);
-            return CameraHit { surface, scatters: surface.scatters(), emitted: V3::all(zero), emits: l.m(false) };
+            let id = near.surfaces.get(0);
+            let t = self.geometry.facets[id].distance(l, origin, dir);
+            let p = dir.scale_add(t, origin);
+            return CameraHit { p, surface: l.m(true), id: l.u(id as u32), emitted: V3::all(zero), emits: l.m(false) };
         }
         let hit = self.geometry.nearest(l, origin, dir, &near.surfaces);
         let (t_light, light, radiance) = self.lights.nearest(l, origin, dir, &near.lights);
         let is_light = t_light.lt(hit.t);
         let emitted = V3::select(is_light, radiance, V3::all(zero));
         let emits = (emitted.x + emitted.y + emitted.z).gt(zero);
+        let p = dir.scale_add(is_light.select(t_light, hit.t), origin);
+        // Lights are numbered after all else.
+        let id = is_light.select_u(light + l.u(self.geometry.len() as u32), hit.id);
+        let surface = hit.t.lt(l.f(f32::INFINITY)) & !is_light;
+        let surface = if self.lights_scatter { surface | is_light } else { surface };
+        CameraHit { p, surface, id, emitted, emits }
+    }
 
-        let t = is_light.select(t_light, hit.t);
-        let p = dir.scale_add(t, origin);
-        let mut surface = Surface::new(l, p, -dir, &Material::BLACK);
-        // Packets are small patches of the image: nearly always all lanes meet the same primitive,
-        // and its numbers are the same in every lane. Where not, one round for each primitive met.
-        let mut todo = (hit.t.lt(l.f(f32::INFINITY)) & !is_light).bits();
-        while todo != 0 {
-            let id = hit.id.lane(todo.trailing_zeros() as usize);
-            let here = hit.id.eq(l.u(id)) & !is_light;
-            let found = match self.geometry.facets.get(id as usize) {
-                Some(facet) => Surface::new(l, p, V3::splat(l, facet.normal), &self.materials[facet.shape as usize]),
-                None => self.ball_surface(l, p, &self.geometry.balls[id as usize - self.geometry.facets.len()]),
-            };
-            surface = if here.all() { found } else { Surface::select(here, found, surface) };
-            todo &= !here.bits();
-        }
-        if self.lights_scatter {
-            let mut todo = is_light.bits();
-            while todo != 0 {
-                let id = light.lane(todo.trailing_zeros() as usize);
-                let here = light.eq(l.u(id)) & is_light;
-                let found = match &self.lights.list[id as usize].shape {
-                    LightShape::Facet(f) => {
-                        Surface::new(l, p, V3::splat(l, f.normal), &self.materials[f.shape as usize])
-                    }
-                    LightShape::Ball(ball) => self.ball_surface(l, p, ball),
-                };
-                surface = Surface::select(here, found, surface);
-                todo &= !here.bits();
+    /// The points `p` that rays in directions `dir` met on the surface with this number; `None` if it
+    /// reflects nothing.
+    #[inline(always)]
+    pub fn surface<L: Lanes>(&self, l: L, id: u32, p: V3<L>, dir: V3<L>) -> Option<Surface<'_, L>> {
+        let id = id as usize;
+        let (facets, primitives) = (self.geometry.facets.len(), self.geometry.len());
+        let (facet, ball) = if id < facets {
+            (Some(&self.geometry.facets[id]), None)
+        } else if id < primitives {
+            (None, Some(&self.geometry.balls[id - facets]))
+        } else {
+            match &self.lights.list[id - primitives].shape {
+                LightShape::Facet(facet) => (Some(facet), None),
+                LightShape::Ball(ball) => (None, Some(ball)),
             }
-        }
-        surface.n = facing(l, surface.n, dir);
-        CameraHit { surface, scatters: surface.scatters(), emitted, emits }
+        };
+        let (n, shape) = match (facet, ball) {
+            (Some(facet), _) => (V3::splat(l, facet.normal), facet.shape),
+            (None, Some(ball)) => ((p - V3::splat(l, ball.center)).normalize(l), ball.shape),
+            (None, None) => return None,
+        };
+        // Both sides of a surface scatter alike.
+        let n = V3::select(n.dot(dir).gt(l.f(0.0)), -n, n);
+        let material = &self.materials[shape as usize];
+        material.scatters().then_some(Surface { p, n, material })
     }
 
     /// True where nothing opaque lies between the surface point and distance `t` along `wi`.
@@ -178,7 +177,7 @@ impl BuiltScene {
     pub fn visible<L: Lanes>(
         &self,
         l: L,
-        s: &Surface<L>,
+        s: &Surface<'_, L>,
         wi: V3<L>,
         t: L::F,
         wanted: L::M,
@@ -187,18 +186,6 @@ impl BuiltScene {
         let origin = s.n.scale_add(l.f(self.epsilon), s.p);
         !self.geometry.blocked(l, origin, wi, t - self.epsilon, wanted, &near.occluders)
     }
-
-    #[inline(always)]
-    fn ball_surface<L: Lanes>(&self, l: L, p: V3<L>, ball: &Ball) -> Surface<L> {
-        let n = (p - V3::splat(l, ball.center)).normalize(l);
-        Surface::new(l, p, n, &self.materials[ball.shape as usize])
-    }
-}
-
-/// The normal on the side that the ray comes from: both sides of a surface scatter alike.
-#[inline(always)]
-fn facing<L: Lanes>(l: L, n: V3<L>, dir: V3<L>) -> V3<L> {
-    V3::select(n.dot(dir).gt(l.f(0.0)), -n, n)
 }
 
 fn check_material(material: &scene::Material) -> Result<(), Error> {

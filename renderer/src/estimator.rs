@@ -79,6 +79,16 @@ impl<L: Lanes> Contribution<L> {
             carries: drawn & self.carries,
         }
     }
+
+    /// `a` where true, `b` elsewhere.
+    #[inline(always)]
+    fn select(m: L::M, a: &Self, b: &Self) -> Self {
+        Self {
+            value: V3::select(m, a.value, b.value),
+            weight: m.select(a.weight, b.weight),
+            carries: (m & a.carries) | (!m & b.carries),
+        }
+    }
 }
 
 /// Both techniques' part of one sample.
@@ -90,20 +100,37 @@ pub struct Reflected<L: Lanes> {
     pub bsdf: Contribution<L>,
 }
 
+impl<L: Lanes> Reflected<L> {
+    /// No light.
+    #[inline(always)]
+    pub fn nothing(l: L) -> Self {
+        let nothing = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
+        Self { light: nothing, bsdf: nothing }
+    }
+
+    /// `a` where true, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(m: L::M, a: &Self, b: &Self) -> Self {
+        Self {
+            light: Contribution::select(m, &a.light, &b.light),
+            bsdf: Contribution::select(m, &a.bsdf, &b.bsdf),
+        }
+    }
+}
+
 /// One sample of the radiance that `s` reflects towards `wo`, by the strategy of `settings`.
 #[inline(always)]
 pub fn reflected_radiance<L: Lanes>(
     l: L,
     scene: &BuiltScene,
     settings: &Settings,
-    s: &Surface<L>,
+    s: &Surface<'_, L>,
     wo: V3<L>,
     random: &Numbers<L>,
     near: &Candidates,
 ) -> Reflected<L> {
     let one = l.f(1.0);
-    let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
-    let mut reflected = Reflected { light: none, bsdf: none };
+    let mut reflected = Reflected::nothing(l);
 
     for ray in 0..settings.strategy.rays_per_sample() {
         // Which technique draws this ray (in which lanes), and with what probability c each does.
@@ -145,7 +172,7 @@ pub fn reflected_radiance<L: Lanes>(
 
 /// A direction, by the light technique where `by_light`, by the BSDF technique elsewhere.
 #[inline(always)]
-fn draw<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, wo: V3<L>, by_light: L::M, random: &Numbers<L>) -> Draw<L> {
+fn draw<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<'_, L>, wo: V3<L>, by_light: L::M, random: &Numbers<L>) -> Draw<L> {
     let nothing = l.f(0.0);
     let mut draw =
         Draw { wi: s.n, valid: l.m(false), dirac: l.m(false), dirac_f: V3::all(nothing), dirac_pmf: nothing };
@@ -160,16 +187,16 @@ fn draw<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, wo: V3<L>, by_light:
 
 /// A direction towards a light.
 #[inline(always)]
-fn light_technique<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<L>, random: &Numbers<L>) -> Draw<L> {
+fn light_technique<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<'_, L>, random: &Numbers<L>) -> Draw<L> {
     let (wi, valid) = scene.lights.sample(l, s.p, random);
     Draw { wi, valid, dirac: l.m(false), dirac_f: V3::all(l.f(0.0)), dirac_pmf: l.f(0.0) }
 }
 
 /// A direction by the lobe of the BSDF.
 #[inline(always)]
-fn bsdf_technique<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Numbers<L>) -> Draw<L> {
+fn bsdf_technique<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> Draw<L> {
     let drawn = bsdf::sample(l, s, wo, random);
-    Draw { wi: drawn.wi, valid: s.scatters(), dirac: drawn.dirac, dirac_f: drawn.dirac_f, dirac_pmf: drawn.dirac_pmf }
+    Draw { wi: drawn.wi, valid: l.m(true), dirac: drawn.dirac, dirac_f: drawn.dirac_f, dirac_pmf: drawn.dirac_pmf }
 }
 
 /// The integrand and both densities at a drawn direction: one secondary ray.
@@ -177,7 +204,7 @@ fn bsdf_technique<L: Lanes>(l: L, s: &Surface<L>, wo: V3<L>, random: &Numbers<L>
 fn candidate<L: Lanes>(
     l: L,
     scene: &BuiltScene,
-    s: &Surface<L>,
+    s: &Surface<'_, L>,
     wo: V3<L>,
     draw: &Draw<L>,
     near: &Candidates,

@@ -56,6 +56,16 @@ impl Geometry {
         geometry
     }
 
+    /// Number of primitives.
+    pub fn len(&self) -> usize {
+        self.facets.len() + self.balls.len()
+    }
+
+    /// True if there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Box around everything.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let mut min = Vec3::INFINITY;
@@ -107,8 +117,18 @@ impl Geometry {
         let mut best = Nearest { t: l.f(f32::INFINITY), id: l.u(0) };
         match &self.tree {
             None => {
-                for k in 0..list.len() {
-                    best = self.nearer(l, list.get(k), origin, dir, t_min, best);
+                // Facets, then balls: two plain loops, since a choice inside one would carry all vectors
+                // through memory.
+                let mut k = 0;
+                while k < list.len() && list.get(k) < self.facets.len() {
+                    let (t, hit) = self.facets[list.get(k)].intersect(l, origin, dir);
+                    best = nearer(l, list.get(k), t, hit & t.gt(t_min), best);
+                    k += 1;
+                }
+                while k < list.len() {
+                    let t = self.balls[list.get(k) - self.facets.len()].nearest(l, origin, dir, t_min);
+                    best = nearer(l, list.get(k), t, l.m(true), best);
+                    k += 1;
                 }
             }
             Some(tree) => {
@@ -125,7 +145,8 @@ impl Geometry {
                         let first = node.first_index as usize;
                         for slot in first..first + node.prim_count as usize {
                             let id = tree.primitive_indices[slot] as usize;
-                            best = self.nearer(l, id, origin, dir, t_min, best);
+                            let (t, hit) = self.meet(l, id, origin, dir, t_min);
+                            best = nearer(l, id, t, hit, best);
                         }
                     } else {
                         let (near, far) = children_by_distance(tree, node.first_index, origin, dir);
@@ -154,8 +175,17 @@ impl Geometry {
         let mut blocked = l.m(false);
         match &self.tree {
             None => {
-                for k in 0..list.len() {
-                    blocked = blocked | self.between(l, list.get(k), origin, dir, t_max);
+                let zero = l.f(0.0);
+                let mut k = 0;
+                while k < list.len() && list.get(k) < self.facets.len() {
+                    let (t, hit) = self.facets[list.get(k)].intersect(l, origin, dir);
+                    blocked = blocked | (hit & t.gt(zero) & t.lt(t_max));
+                    k += 1;
+                }
+                while k < list.len() {
+                    let t = self.balls[list.get(k) - self.facets.len()].nearest(l, origin, dir, zero);
+                    blocked = blocked | t.lt(t_max);
+                    k += 1;
                 }
             }
             Some(tree) => {
@@ -176,7 +206,8 @@ impl Geometry {
                         let first = node.first_index as usize;
                         for slot in first..first + node.prim_count as usize {
                             let id = tree.primitive_indices[slot] as usize;
-                            blocked = blocked | self.between(l, id, origin, dir, t_max);
+                            let (t, hit) = self.meet(l, id, origin, dir, l.f(0.0));
+                            blocked = blocked | (hit & t.lt(t_max));
                         }
                     } else {
                         let (near, far) = children_by_distance(tree, node.first_index, origin, dir);
@@ -190,33 +221,24 @@ impl Geometry {
         blocked
     }
 
+    /// Distance to a primitive, and whether it is met beyond `t_min`.
     #[inline(always)]
-    fn nearer<L: Lanes>(
-        &self,
-        l: L,
-        id: usize,
-        origin: V3<L>,
-        dir: V3<L>,
-        t_min: L::F,
-        best: Nearest<L>,
-    ) -> Nearest<L> {
-        let (t, hit) = match self.facets.get(id) {
-            Some(facet) => facet.intersect(l, origin, dir),
+    fn meet<L: Lanes>(&self, l: L, id: usize, origin: V3<L>, dir: V3<L>, t_min: L::F) -> (L::F, L::M) {
+        match self.facets.get(id) {
+            Some(facet) => {
+                let (t, hit) = facet.intersect(l, origin, dir);
+                (t, hit & t.gt(t_min))
+            }
             None => (self.balls[id - self.facets.len()].nearest(l, origin, dir, t_min), l.m(true)),
-        };
-        let hit = hit & t.gt(t_min) & t.lt(best.t);
-        Nearest { t: hit.select(t, best.t), id: hit.select_u(l.u(id as u32), best.id) }
+        }
     }
+}
 
-    #[inline(always)]
-    fn between<L: Lanes>(&self, l: L, id: usize, origin: V3<L>, dir: V3<L>, t_max: L::F) -> L::M {
-        let zero = l.f(0.0);
-        let (t, hit) = match self.facets.get(id) {
-            Some(facet) => facet.intersect(l, origin, dir),
-            None => (self.balls[id - self.facets.len()].nearest(l, origin, dir, zero), l.m(true)),
-        };
-        hit & t.gt(zero) & t.lt(t_max)
-    }
+/// The nearer of what was met so far and primitive `id`, at distance `t` where `hit`.
+#[inline(always)]
+fn nearer<L: Lanes>(l: L, id: usize, t: L::F, hit: L::M, best: Nearest<L>) -> Nearest<L> {
+    let hit = hit & t.lt(best.t);
+    Nearest { t: hit.select(t, best.t), id: hit.select_u(l.u(id as u32), best.id) }
 }
 
 /// `1 / d`, with zeros moved off zero so that no slab test multiplies zero by infinity.

@@ -3,11 +3,11 @@
 //! One dispatch to the machine's vector unit per tile (a dispatch costs about 27 ns).
 
 use crate::build::BuiltScene;
-use crate::estimator::{Contribution, Reflected, reflected_radiance};
+use crate::estimator::{Reflected, reflected_radiance};
 use crate::film::{BLOCK, Tile};
 #[cfg(not(target_arch = "x86_64"))]
 use crate::lanes::dispatch;
-use crate::lanes::{Lanes, Level, Mask, PACKET, Simd, Single, Uint, V3, Wide};
+use crate::lanes::{Lanes, Level, Mask, PACKET, Simd, Single, Uint, Wide};
 use crate::patch::Candidates;
 use crate::sampler::{Dimension, Sampler, pixel_keys};
 use crate::settings::Settings;
@@ -127,12 +127,19 @@ fn block<L: Lanes>(
             let [jx, jy] = random.get_2d(Dimension::Pixel);
             let dir = scene.camera.direction(l, x.to_real() + jx, y.to_real() + jy);
             let hit = scene.camera_hit(l, dir, near);
-            let reflected = if hit.scatters.any() {
-                reflected_radiance(l, scene, settings, &hit.surface, -dir, &random, near)
-            } else {
-                let none = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
-                Reflected { light: none, bsdf: none }
-            };
+            let mut reflected = Reflected::nothing(l);
+            // Packets are small patches of the image: nearly always all lanes meet the same surface. Where
+            // not, there is one round for each surface met.
+            let mut todo = hit.surface;
+            while todo.any() {
+                let id = hit.id.lane(todo.bits().trailing_zeros() as usize);
+                let here = todo & hit.id.eq(l.u(id));
+                todo = todo & !here;
+                if let Some(surface) = scene.surface(l, id, hit.p, dir) {
+                    let sample = reflected_radiance(l, scene, settings, &surface, -dir, &random, near);
+                    reflected = if here.all() { sample } else { Reflected::select(here, &sample, &reflected) };
+                }
+            }
             invalid += u64::from(tile.add(l, (block, lane), sample, &reflected, hit.emitted, hit.emits));
         }
         lane += L::N;

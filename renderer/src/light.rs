@@ -36,8 +36,11 @@ pub struct Light {
 /// All lights that are on.
 #[derive(Debug, Default)]
 pub struct Lights {
-    /// The lights.
+    /// The lights, balls first.
     pub list: Vec<Light>,
+    /// Their shapes by kind, with the radiance of each.
+    balls: Vec<(Ball, Vec3)>,
+    facets: Vec<(Facet, Vec3)>,
     tables: Tables,
 }
 
@@ -108,47 +111,92 @@ impl<L: Lanes> Meeting<L> {
     }
 }
 
-impl Light {
-    /// Whether and where rays meet the light beyond `t_min`, without a square root for the distance.
+/// Whether and where rays meet a ball light beyond `t_min`, without a square root for the distance.
+#[inline(always)]
+fn meet_ball<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
+    let zero = l.f(0.0);
+    let to_center = V3::splat(l, ball.center) - origin;
+    let cone = cone(l, to_center.dot(to_center), l.f(ball.curvature2()));
+    let (along, half2) = ball.chord(l, origin, dir);
+    // near = along - half > t_min and far = along + half > t_min, squared.
+    let beyond = along - t_min;
+    let (ahead, short) = (beyond.gt(zero), half2.lt(beyond * beyond));
+    let reaches = (ahead & (short | cone.inside)) | (cone.inside & !short);
+    let met = half2.ge(zero) & reaches;
+    let faces = met & if ball.inward { cone.inside } else { !cone.inside };
+    let density = warp::cone_pdf::<L>(cone.inverse_one_minus_cos);
+    Meeting { met, faces, density, along, half2, inside: cone.inside }
+}
+
+/// The same for a facet.
+#[inline(always)]
+fn meet_facet<L: Lanes>(l: L, facet: &Facet, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
+    let zero = l.f(0.0);
+    let (distance, inside) = facet.intersect(l, origin, dir);
+    let met = inside & distance.gt(t_min);
+    // Uniform over the area, dA = t^2 / cos dw.
+    let cos = -(V3::splat(l, facet.normal).dot(dir));
+    let density = distance * distance / (cos * facet.area);
+    Meeting { met, faces: met & cos.gt(zero), density, along: distance, half2: zero, inside: l.m(false) }
+}
+
+/// What a direction meets of all lights together, whichever is in front.
+struct Sum<L: Lanes> {
+    density: L::F,
+    /// Right where only one light is met.
+    radiance: V3<L>,
+    met: L::M,
+    /// True where more than one is.
+    overlap: L::M,
+}
+
+impl<L: Lanes> Sum<L> {
     #[inline(always)]
-    fn meet<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
-        let zero = l.f(0.0);
-        match &self.shape {
-            LightShape::Ball(ball) => {
-                let to_center = V3::splat(l, ball.center) - origin;
-                let cone = cone(l, to_center.dot(to_center), l.f(ball.curvature2()));
-                let (along, half2) = ball.chord(l, origin, dir);
-                // near = along - half > t_min and far = along + half > t_min, squared.
-                let beyond = along - t_min;
-                let (ahead, short) = (beyond.gt(zero), half2.lt(beyond * beyond));
-                let reaches = (ahead & (short | cone.inside)) | (cone.inside & !short);
-                let met = half2.ge(zero) & reaches;
-                let faces = met & if ball.inward { cone.inside } else { !cone.inside };
-                let density = warp::cone_pdf::<L>(cone.inverse_one_minus_cos);
-                Meeting { met, faces, density, along, half2, inside: cone.inside }
-            }
-            LightShape::Facet(facet) => {
-                let (distance, inside) = facet.intersect(l, origin, dir);
-                let met = inside & distance.gt(t_min);
-                // Uniform over the area, dA = t^2 / cos dw.
-                let cos = -(V3::splat(l, facet.normal).dot(dir));
-                let density = distance * distance / (cos * facet.area);
-                let faces = met & cos.gt(zero);
-                Meeting { met, faces, density, along: distance, half2: zero, inside: l.m(false) }
-            }
-        }
+    fn add(&mut self, l: L, meeting: &Meeting<L>, radiance: Vec3) {
+        self.overlap = self.overlap | (self.met & meeting.met);
+        self.met = self.met | meeting.met;
+        self.density = meeting.faces.select(self.density + meeting.density, self.density);
+        self.radiance = V3::select(meeting.faces, V3::splat(l, radiance), self.radiance);
+    }
+}
+
+/// The light in front.
+struct Front<L: Lanes> {
+    t: L::F,
+    index: L::U,
+    radiance: V3<L>,
+}
+
+impl<L: Lanes> Front<L> {
+    #[inline(always)]
+    fn none(l: L) -> Self {
+        Self { t: l.f(f32::INFINITY), index: l.u(0), radiance: V3::all(l.f(0.0)) }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, l: L, meeting: &Meeting<L>, index: usize, radiance: Vec3) {
+        let distance = meeting.distance(l);
+        let nearer = meeting.met & distance.lt(self.t);
+        self.t = nearer.select(distance, self.t);
+        self.index = nearer.select_u(l.u(index as u32), self.index);
+        let emitted = V3::select(meeting.faces, V3::splat(l, radiance), V3::all(l.f(0.0)));
+        self.radiance = V3::select(nearer, emitted, self.radiance);
     }
 }
 
 impl Lights {
-    /// Lays the lights out for sampling.
-    pub fn new(list: Vec<Light>) -> Self {
+    /// Lays the lights out for sampling, balls first.
+    pub fn new(mut list: Vec<Light>) -> Self {
+        list.sort_by_key(|light| matches!(light.shape, LightShape::Facet(_)));
         let mut t = Tables::default();
+        let (mut balls, mut facets) = (Vec::new(), Vec::new());
         for light in &list {
             let (ball, facet) = match light.shape {
                 LightShape::Ball(b) => (Some(b), None),
                 LightShape::Facet(f) => (None, Some(f)),
             };
+            balls.extend(ball.map(|ball| (ball, light.radiance)));
+            facets.extend(facet.map(|facet| (facet, light.radiance)));
             t.any_ball |= ball.is_some();
             t.any_facet |= facet.is_some();
             t.is_ball.push(if ball.is_some() { 1.0 } else { 0.0 });
@@ -167,7 +215,7 @@ impl Lights {
                 t.normal[axis].push(normal[axis]);
             }
         }
-        Self { list, tables: t }
+        Self { list, balls, facets, tables: t }
     }
 
     /// Draws a direction from `p` towards a light: light l with probability `1 / n`, then a
@@ -249,22 +297,24 @@ impl Lights {
     #[inline(always)]
     pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, list: &List) -> (L::F, L::U, V3<L>) {
         let t_min = l.f(0.0);
-        let mut t = l.f(f32::INFINITY);
-        let mut index = l.u(0);
-        let mut radiance = V3::all(l.f(0.0));
+        let mut front = Front::none(l);
         let listed = self.list.len() <= patch::MOST;
-        for k in 0..if listed { list.len() } else { self.list.len() } {
+        let count = if listed { list.len() } else { self.list.len() };
+        // Balls, then facets: a choice inside one loop would carry all vectors through memory.
+        let mut k = 0;
+        while k < count {
             let i = if listed { list.get(k) } else { k };
-            let light = &self.list[i];
-            let meeting = light.meet(l, origin, dir, t_min);
-            let distance = meeting.distance(l);
-            let nearer = meeting.met & distance.lt(t);
-            t = nearer.select(distance, t);
-            index = nearer.select_u(l.u(i as u32), index);
-            let emitted = V3::select(meeting.faces, V3::splat(l, light.radiance), V3::all(l.f(0.0)));
-            radiance = V3::select(nearer, emitted, radiance);
+            let Some((ball, radiance)) = self.balls.get(i) else { break };
+            front.add(l, &meet_ball(l, ball, origin, dir, t_min), i, *radiance);
+            k += 1;
         }
-        (t, index, radiance)
+        while k < count {
+            let i = if listed { list.get(k) } else { k };
+            let (facet, radiance) = &self.facets[i - self.balls.len()];
+            front.add(l, &meet_facet(l, facet, origin, dir, t_min), i, *radiance);
+            k += 1;
+        }
+        (front.t, front.index, front.radiance)
     }
 
     /// Density of the light technique at `wi`, and what emits there; how far that is only if
@@ -272,29 +322,26 @@ impl Lights {
     #[inline(always)]
     pub fn look<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F, distances: bool) -> Sight<L> {
         let zero = l.f(0.0);
-        let mut pdf = zero;
-        let mut radiance = V3::all(zero);
-        let (mut met, mut overlap) = (l.m(false), l.m(false));
-        for light in &self.list {
-            let meeting = light.meet(l, p, wi, t_min);
-            overlap = overlap | (met & meeting.met);
-            met = met | meeting.met;
-            pdf = meeting.faces.select(pdf + meeting.density, pdf);
-            radiance = V3::select(meeting.faces, V3::splat(l, light.radiance), radiance);
+        let (none, no) = (V3::all(zero), l.m(false));
+        let mut sum = Sum { density: zero, radiance: none, met: no, overlap: no };
+        for (ball, radiance) in &self.balls {
+            sum.add(l, &meet_ball(l, ball, p, wi, t_min), *radiance);
         }
-        let mut t = l.f(f32::INFINITY);
+        for (facet, radiance) in &self.facets {
+            sum.add(l, &meet_facet(l, facet, p, wi, t_min), *radiance);
+        }
+        let pdf = sum.density * (1.0 / self.list.len().max(1) as f32);
         // Few directions meet two lights: then the nearer one hides the other.
-        if distances || overlap.any() {
-            radiance = V3::all(zero);
-            for light in &self.list {
-                let meeting = light.meet(l, p, wi, t_min);
-                let distance = meeting.distance(l);
-                let nearer = meeting.met & distance.lt(t);
-                t = nearer.select(distance, t);
-                let emitted = V3::select(meeting.faces, V3::splat(l, light.radiance), V3::all(zero));
-                radiance = V3::select(nearer, emitted, radiance);
+        if distances || sum.overlap.any() {
+            let mut front = Front::none(l);
+            for (ball, radiance) in &self.balls {
+                front.add(l, &meet_ball(l, ball, p, wi, t_min), 0, *radiance);
             }
+            for (facet, radiance) in &self.facets {
+                front.add(l, &meet_facet(l, facet, p, wi, t_min), 0, *radiance);
+            }
+            return Sight { pdf, t: front.t, radiance: front.radiance };
         }
-        Sight { pdf: pdf * (1.0 / self.list.len().max(1) as f32), t, radiance }
+        Sight { pdf, t: l.f(f32::INFINITY), radiance: sum.radiance }
     }
 }

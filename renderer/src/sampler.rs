@@ -27,11 +27,6 @@ impl Dimension {
     /// All dimensions, by number.
     pub const ALL: [Self; 6] = [Self::Pixel, Self::Technique, Self::LightChoice, Self::Light, Self::Lobe, Self::Bsdf];
 
-    #[inline(always)]
-    fn is_2d(self) -> bool {
-        matches!(self, Self::Pixel | Self::Light | Self::Bsdf)
-    }
-
     /// By dimension, whether a strategy asks for it, where there is more than one light to choose
     /// from (`lights`) and a surface with more than one lobe (`lobes`).
     pub fn wanted(strategy: Strategy, lights: bool, lobes: bool) -> [bool; Self::ALL.len()] {
@@ -60,11 +55,22 @@ fn mix<L: Lanes>(l: L, x: L::U) -> L::U {
 
 /// [`mix`] for one number.
 #[inline(always)]
-pub(crate) fn mix_one(x: u32) -> u32 {
+pub(crate) const fn mix_one(x: u32) -> u32 {
     let x = (x ^ (x >> 16)).wrapping_mul(0x21f0_aaad);
     let x = (x ^ (x >> 15)).wrapping_mul(0xd35a_2d97);
     x ^ (x >> 15)
 }
+
+/// By dimension and axis: what sets the streams of random numbers apart.
+const STREAMS: [[u32; 2]; Dimension::ALL.len()] = {
+    let mut streams = [[0; 2]; Dimension::ALL.len()];
+    let mut i = 0;
+    while i < 2 * streams.len() {
+        streams[i / 2][i % 2] = mix_one(0x632b_e5ab ^ i as u32);
+        i += 1;
+    }
+    streams
+};
 
 /// The upper 24 bits as a float in [0, 1).
 #[inline(always)]
@@ -142,17 +148,22 @@ impl<'a, L: Lanes> Sampler<'a, L> {
         };
         let turn = self.round != Some(round);
         self.round = Some(round);
-        let mut numbers = [[self.l.f(0.0); 2]; Dimension::ALL.len()];
-        for dimension in Dimension::ALL {
-            if self.wanted[dimension as usize] {
-                if turn {
+        if turn {
+            for dimension in Dimension::ALL {
+                if self.wanted[dimension as usize] {
                     self.prepare(dimension, round);
                 }
-                numbers[dimension as usize] = if dimension.is_2d() {
-                    self.get_2d(dimension, index)
-                } else {
-                    [self.get_1d(dimension, index), self.l.f(0.0)]
-                };
+            }
+        }
+        let mut numbers = [[self.l.f(0.0); 2]; Dimension::ALL.len()];
+        for dimension in [Dimension::Technique, Dimension::LightChoice, Dimension::Lobe] {
+            if self.wanted[dimension as usize] {
+                numbers[dimension as usize][0] = self.get_1d(dimension, index);
+            }
+        }
+        for dimension in [Dimension::Pixel, Dimension::Light, Dimension::Bsdf] {
+            if self.wanted[dimension as usize] {
+                numbers[dimension as usize] = self.get_2d(dimension, index);
             }
         }
         Numbers(numbers)
@@ -215,7 +226,7 @@ impl<'a, L: Lanes> Sampler<'a, L> {
     /// Uniform and independent over pixels, samples and dimensions.
     #[inline(always)]
     fn independent(&self, dimension: Dimension, axis: u32, index: u32) -> L::F {
-        let stream = mix_one(0x632b_e5ab ^ ((dimension as u32) * 2 + axis));
+        let stream = STREAMS[dimension as usize][axis as usize];
         // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
         let counter = mix_one(index ^ stream);
         to_unit::<L>(mix(self.l, self.pixels ^ self.l.u(counter)))
