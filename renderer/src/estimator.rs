@@ -20,6 +20,8 @@
 //! A weight belongs to the technique that drew the sample. The weights of a direction sum to one
 //! because both techniques ask the same functions for the densities.
 
+use std::hint::black_box;
+
 use crate::bsdf::{self, Surface};
 use crate::build::BuiltScene;
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -133,6 +135,8 @@ pub fn reflected_radiance<L: Lanes>(
     let mut reflected = Reflected::nothing(l);
 
     for ray in 0..settings.strategy.rays_per_sample() {
+        // Else the compiler works out every warp of these numbers before the loop, used or not.
+        let random = black_box(random);
         // Which technique draws this ray (in which lanes), and with what probability c each does.
         let (by_light, c_light, c_bsdf) = match settings.strategy {
             Strategy::Light => (l.m(true), one, one),
