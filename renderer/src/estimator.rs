@@ -113,10 +113,7 @@ impl<L: Lanes> Reflected<L> {
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
     pub fn select(m: L::M, a: &Self, b: &Self) -> Self {
-        Self {
-            light: Contribution::select(m, &a.light, &b.light),
-            bsdf: Contribution::select(m, &a.bsdf, &b.bsdf),
-        }
+        Self { light: Contribution::select(m, &a.light, &b.light), bsdf: Contribution::select(m, &a.bsdf, &b.bsdf) }
     }
 }
 
@@ -176,7 +173,14 @@ pub fn reflected_radiance<L: Lanes>(
 
 /// A direction, by the light technique where `by_light`, by the BSDF technique elsewhere.
 #[inline(always)]
-fn draw<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<'_, L>, wo: V3<L>, by_light: L::M, random: &Numbers<L>) -> Draw<L> {
+fn draw<L: Lanes>(
+    l: L,
+    scene: &BuiltScene,
+    s: &Surface<'_, L>,
+    wo: V3<L>,
+    by_light: L::M,
+    random: &Numbers<L>,
+) -> Draw<L> {
     let nothing = l.f(0.0);
     let mut draw =
         Draw { wi: s.n, valid: l.m(false), dirac: l.m(false), dirac_f: V3::all(nothing), dirac_pmf: nothing };
@@ -223,7 +227,8 @@ fn candidate<L: Lanes>(
     // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
     let lit = draw.valid & !(unshadowed.x + unshadowed.y + unshadowed.z).le(zero);
     // Most BSDF samples meet no light: then nothing needs to be asked about visibility.
-    let visible = if near.may_be_blocked() && lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit, near) } else { lit };
+    let visible =
+        if near.may_be_blocked() && lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit, near) } else { lit };
     Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p }
 }
 

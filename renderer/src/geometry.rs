@@ -163,15 +163,7 @@ impl Geometry {
     /// True where a primitive of the list, or any where there is a tree, lies between 0 and `t_max`
     /// along the ray. Lanes that are not `wanted` may answer either way.
     #[inline(always)]
-    pub fn blocked<L: Lanes>(
-        &self,
-        l: L,
-        origin: V3<L>,
-        dir: V3<L>,
-        t_max: L::F,
-        wanted: L::M,
-        list: &List,
-    ) -> L::M {
+    pub fn blocked<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_max: L::F, wanted: L::M, list: &List) -> L::M {
         let mut blocked = l.m(false);
         match &self.tree {
             None => {

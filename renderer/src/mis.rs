@@ -28,8 +28,6 @@ pub fn weight<L: Lanes>(l: L, heuristic: Heuristic, a: L::F, b: L::F, wins_ties:
             let other_dropped = b.lt(a * CUTOFF_ALPHA);
             dropped.select(zero, other_dropped.select(one, one / (ratio + 1.0)))
         }
-        Heuristic::Maximum => {
-            (a.gt(b) | (wins_ties & a.ge(b))).select(one, zero)
-        }
+        Heuristic::Maximum => (a.gt(b) | (wins_ties & a.ge(b))).select(one, zero),
     }
 }
