@@ -330,6 +330,8 @@ fn unusable_arguments_exit_with_2_and_say_what_is_expected() {
         ("render --brightness 3", ["--brightness", "unexpected"]),
         ("table --format pdf", ["'pdf'", "md, csv, json"]),
         ("table --size 5", ["'5'", "800x800"]),
+        ("bench --seconds -1", ["'-1'", "from 0 to 3600"]),
+        ("bench --seconds nan", ["'nan'", "from 0 to 3600"]),
         ("compare a.exr", ["<B.exr>", "required"]),
         ("info", ["<FILE.exr>", "required"]),
     ];
@@ -467,6 +469,33 @@ fn a_reader_that_leaves_early_is_no_failure() {
 const TUTORIAL_FILES: [&str; 4] = ["veachMIS_BSDF.exr", "veachMIS_L.exr", "veachMIS_MIS.exr", "veach_MIS_ALLx36.exr"];
 
 #[test]
+fn the_benchmark_has_its_keys() {
+    // What it measures is nobody's to test; that scripts find their numbers is.
+    let place = Place::new();
+    let ran = place.run("bench --seconds 0 --json bench.json");
+    ran.expect_code(0).expect_err(&["measuring: threads"]);
+    assert!(ran.out.contains("Mpaths/s per core"), "{}", ran.out);
+    let text = std::fs::read_to_string(place.path("bench.json")).expect("the file is there");
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    for strategy in ["light", "bsdf", "mis_all", "mis"] {
+        for key in ["simd", "scalar", "ratio"] {
+            assert!(report["strategies"][strategy][key].as_f64().is_some_and(|v| v > 0.0), "{strategy}.{key}: {text}");
+        }
+    }
+    for (group, key) in [
+        ("threads", "count"),
+        ("threads", "speedup"),
+        ("first_frame_ms", "p50"),
+        ("first_frame_ms", "p99"),
+        ("cancel_ms", "p50"),
+        ("cancel_ms", "p99"),
+    ] {
+        assert!(report[group][key].as_f64().is_some_and(|v| v > 0.0), "{group}.{key}: {text}");
+    }
+    assert!(report["layers_cost"].is_f64() && report["simd"].is_string(), "{text}");
+}
+
+#[test]
 fn the_table_in_all_formats_with_its_pictures() {
     let place = Place::new();
     let ran = place.run("table --size 24x24 --outdir lesson/pictures --format json");
@@ -516,7 +545,7 @@ fn help_names_every_command_and_option() {
     let place = Place::new();
     let help = place.run("--help");
     help.expect_code(0);
-    for command in ["render", "table", "compare", "info"] {
+    for command in ["render", "table", "compare", "info", "bench"] {
         assert!(help.out.contains(command), "{command}");
     }
     let help = place.run("render --help").out;

@@ -1,4 +1,4 @@
-//! The command line: `mislab [SCENE]` for the window, `render`, `table`, `compare` and `info` without one.
+//! The command line: `mislab [SCENE]` for the window, `render`, `table`, `compare`, `info` and `bench` without one.
 //!
 //! What was asked for goes to standard output and nothing else does; messages, warnings and progress go to standard
 //! error. Exit code 0: done; 1: it failed; 2: the arguments cannot be used.
@@ -10,6 +10,7 @@
 
 mod args;
 mod argv;
+mod bench;
 mod compare;
 mod info;
 mod input;
@@ -37,6 +38,7 @@ pub fn main() -> ExitCode {
         Some(Command::Table(args)) => table::run(args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Info(args)) => info::run(&args),
+        Some(Command::Bench(args)) => bench::run(&args),
         None => match run_app(args.scene.clone()) {
             Ok(()) => Ok(()),
             Err(NoWindow { reason }) => table::instead_of_window(args.scene, &reason),

@@ -88,6 +88,16 @@ impl Sums {
     }
 }
 
+/// One sample of each pixel of a packet.
+pub struct Sample<L: Lanes> {
+    /// What the surfaces seen reflect, by technique.
+    pub reflected: Reflected<L>,
+    /// Radiance of lights seen directly, 0 elsewhere.
+    pub emitted: V3<L>,
+    /// True where one is seen.
+    pub emits: L::M,
+}
+
 /// All samples so far of the pixels of one tile.
 #[derive(Clone, Debug)]
 pub struct Tile {
@@ -99,6 +109,8 @@ pub struct Tile {
     blocks: [u32; 2],
     /// Samples per pixel in the sums.
     pub samples: u32,
+    /// Adds up the picture only, no layers: to measure what they cost. Such a tile cannot be shown.
+    pub bare: bool,
     /// Which techniques the strategy draws; the other's sums mean nothing.
     draws: [bool; 2],
     light: Sums,
@@ -152,7 +164,7 @@ impl Tile {
             bsdf.prepare(TECHNIQUE, count);
         }
         luminance2.prepare(1, count);
-        Self { bounds, origin, blocks, samples: 0, draws, light, bsdf, emission: None, luminance2 }
+        Self { bounds, origin, blocks, samples: 0, bare: false, draws, light, bsdf, emission: None, luminance2 }
     }
 
     /// A copy of this tile, on the buffers of `recycled` if it has any.
@@ -242,26 +254,26 @@ impl Tile {
         self.luminance2.block(self.samples, block, 0)
     }
 
-    /// Adds sample number `sample` of the lanes at `lane` of `block`, and returns how many of them
+    /// Adds sample number `index` of the lanes at `lane` of `block`, and returns how many of them
     /// were not finite numbers: those are left out of all sums.
     #[inline(always)]
-    pub fn add<L: Lanes>(
-        &mut self,
-        l: L,
-        at: (usize, usize),
-        sample: u32,
-        reflected: &Reflected<L>,
-        emitted: V3<L>,
-        emits: L::M,
-    ) -> u32 {
+    pub fn add<L: Lanes>(&mut self, l: L, at: (usize, usize), index: u32, sample: &Sample<L>) -> u32 {
+        let Sample { reflected, emitted, emits } = sample;
         let (block, lane) = at;
-        let total = reflected.light.value + reflected.bsdf.value + emitted;
+        let total = reflected.light.value + reflected.bsdf.value + *emitted;
         let y = luminance(l, total);
         let square = y * y;
         let valid = square.le(l.f(f32::MAX));
-        add_technique(l, &mut self.light, self.draws[0], at, sample, &reflected.light, valid);
-        add_technique(l, &mut self.bsdf, self.draws[1], at, sample, &reflected.bsdf, valid);
-        self.luminance2.add(l, block, 0, lane, sample, valid.select(square, l.f(0.0)));
+        if self.bare {
+            let sums = if self.draws[0] { &mut self.light } else { &mut self.bsdf };
+            for (channel, x) in [total.x, total.y, total.z].into_iter().enumerate() {
+                sums.add(l, block, channel, lane, index, valid.select(x, l.f(0.0)));
+            }
+            return if valid.all() { 0 } else { L::N as u32 - valid.bits().count_ones() };
+        }
+        add_technique(l, &mut self.light, self.draws[0], at, index, &reflected.light, valid);
+        add_technique(l, &mut self.bsdf, self.draws[1], at, index, &reflected.bsdf, valid);
+        self.luminance2.add(l, block, 0, lane, index, valid.select(square, l.f(0.0)));
         if emits.any() || self.emission.is_some() {
             let blocks = self.block_count();
             let emission = self.emission.get_or_insert_with(|| {
@@ -270,12 +282,12 @@ impl Tile {
                 sums
             });
             // The buffer starts as zeros, whenever that was: count as if every sample came before.
-            let seen = emits & valid;
+            let seen = *emits & valid;
             if seen.any() {
                 let zero = l.f(0.0);
-                emission.add(l, block, 0, lane, sample.max(2), seen.select(emitted.x, zero));
-                emission.add(l, block, 1, lane, sample.max(2), seen.select(emitted.y, zero));
-                emission.add(l, block, 2, lane, sample.max(2), seen.select(emitted.z, zero));
+                emission.add(l, block, 0, lane, index.max(2), seen.select(emitted.x, zero));
+                emission.add(l, block, 1, lane, index.max(2), seen.select(emitted.y, zero));
+                emission.add(l, block, 2, lane, index.max(2), seen.select(emitted.z, zero));
             }
         }
         if valid.all() { 0 } else { L::N as u32 - valid.bits().count_ones() }

@@ -4,12 +4,12 @@
 
 use crate::build::BuiltScene;
 use crate::estimator::{Reflected, reflected_radiance};
-use crate::film::{BLOCK, Tile};
+use crate::film::{BLOCK, Sample, Tile};
 #[cfg(not(target_arch = "x86_64"))]
 use crate::lanes::dispatch;
 use crate::lanes::{Lanes, Level, Mask, PACKET, Simd, Single, Uint, Wide};
 use crate::patch::Candidates;
-use crate::sampler::{Dimension, Sampler, pixel_keys};
+use crate::sampler::{Dimension, Numbers, Sampler, pixel_keys};
 use crate::settings::Settings;
 
 /// How the kernel runs. All ways agree up to the rounding of fused operations.
@@ -92,7 +92,21 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
         let near = scene.patches.candidates(&scene.camera, tile.corner_at(min), tile.corner_at(max));
         for row in min[1]..max[1] {
             for column in min[0]..max[0] {
-                invalid += block(l, scene, settings, &mut sampler, tile, [column, row], count, &near);
+                let block = tile.block_index([column, row]);
+                let [x0, y0] = tile.corner_at([column, row]);
+                let mut lane = 0;
+                while lane < PACKET {
+                    let pixel = l.iota() + l.u(lane as u32);
+                    let x = (pixel & l.u(BLOCK - 1)) + l.u(x0);
+                    let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
+                    sampler.start(pixel_keys(l, settings.seed, x, y));
+                    for index in tile.samples..tile.samples + count {
+                        let random = sampler.draw(index);
+                        let sample = sample(l, scene, settings, [x.to_real(), y.to_real()], &random, &near);
+                        invalid += u64::from(tile.add(l, (block, lane), index, &sample));
+                    }
+                    lane += L::N;
+                }
             }
         }
     }
@@ -100,49 +114,31 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
     invalid
 }
 
-/// Adds `count` samples to the pixels of one block; returns how many were invalid.
+/// One sample of each pixel of a packet.
 #[inline(always)]
-fn block<L: Lanes>(
+fn sample<L: Lanes>(
     l: L,
     scene: &BuiltScene,
     settings: &Settings,
-    sampler: &mut Sampler<'_, L>,
-    tile: &mut Tile,
-    at: [u32; 2],
-    count: u32,
+    [x, y]: [L::F; 2],
+    random: &Numbers<L>,
     near: &Candidates,
-) -> u64 {
-    let first = tile.samples;
-    let block = tile.block_index(at);
-    let [x0, y0] = tile.corner_at(at);
-    let mut invalid = 0;
-    let mut lane = 0;
-    while lane < PACKET {
-        let pixel = l.iota() + l.u(lane as u32);
-        let x = (pixel & l.u(BLOCK - 1)) + l.u(x0);
-        let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
-        sampler.start(pixel_keys(l, settings.seed, x, y));
-        for sample in first..first + count {
-            let random = sampler.draw(sample);
-            let [jx, jy] = random.get_2d(Dimension::Pixel);
-            let dir = scene.camera.direction(l, x.to_real() + jx, y.to_real() + jy);
-            let hit = scene.camera_hit(l, dir, near);
-            let mut reflected = Reflected::nothing(l);
-            // Packets are small patches of the image: nearly always all lanes meet the same surface. Where
-            // not, there is one round for each surface met.
-            let mut todo = hit.surface;
-            while todo.any() {
-                let id = hit.id.lane(todo.bits().trailing_zeros() as usize);
-                let here = todo & hit.id.eq(l.u(id));
-                todo = todo & !here;
-                if let Some(surface) = scene.surface(l, id, hit.p, dir) {
-                    let sample = reflected_radiance(l, scene, settings, &surface, -dir, &random, near);
-                    reflected = if here.all() { sample } else { Reflected::select(here, &sample, &reflected) };
-                }
-            }
-            invalid += u64::from(tile.add(l, (block, lane), sample, &reflected, hit.emitted, hit.emits));
+) -> Sample<L> {
+    let [jx, jy] = random.get_2d(Dimension::Pixel);
+    let dir = scene.camera.direction(l, x + jx, y + jy);
+    let hit = scene.camera_hit(l, dir, near);
+    let mut reflected = Reflected::nothing(l);
+    // Packets are small patches of the image: nearly always all lanes meet the same surface. Where
+    // not, there is one round for each surface met.
+    let mut todo = hit.surface;
+    while todo.any() {
+        let id = hit.id.lane(todo.bits().trailing_zeros() as usize);
+        let here = todo & hit.id.eq(l.u(id));
+        todo = todo & !here;
+        if let Some(surface) = scene.surface(l, id, hit.p, dir) {
+            let round = reflected_radiance(l, scene, settings, &surface, -dir, random, near);
+            reflected = if here.all() { round } else { Reflected::select(here, &round, &reflected) };
         }
-        lane += L::N;
     }
-    invalid
+    Sample { reflected, emitted: hit.emitted, emits: hit.emits }
 }

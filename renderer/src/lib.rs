@@ -14,8 +14,9 @@
 //! [`lanes`] how one text runs on sixteen pixels at once. [`scene`] and [`settings`] say *what* is
 //! rendered, [`build`], [`geometry`], [`shape`] and [`camera`] bring it into shape, [`kernel`] walks
 //! over pixels, [`film`] adds up, [`progressive`] does so in the background and hands out a
-//! [`frame`]. [`pbrt`] reads scene files.
+//! [`frame`]. [`patch`] narrows the scene down for a few pixels at a time. [`pbrt`] reads scene files.
 
+pub mod benchmark;
 pub mod bsdf;
 pub mod build;
 pub mod camera;

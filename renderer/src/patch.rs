@@ -416,7 +416,8 @@ impl Patches {
             }
             for (i, Globe { ball, .. }) in self.balls.iter().enumerate() {
                 let height = surface.up.dot(ball.center - surface.origin);
-                if !(height + ball.radius <= 0.5 * self.epsilon) {
+                let below = height + ball.radius <= 0.5 * self.epsilon;
+                if !below {
                     occluders |= 1 << (self.facets.len() + i);
                 }
             }

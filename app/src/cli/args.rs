@@ -32,6 +32,8 @@ pub(super) enum Command {
     Compare(CompareArgs),
     /// Shows the settings a picture was made with
     Info(InfoArgs),
+    /// Measures how fast this machine renders
+    Bench(BenchArgs),
 }
 
 /// What is not named here comes from the scene file, then from the defaults.
@@ -164,6 +166,21 @@ pub(super) struct InfoArgs {
     pub(super) file: PathBuf,
 }
 
+#[derive(Debug, clap::Args)]
+pub(super) struct BenchArgs {
+    /// About how long to measure; more is steadier
+    #[arg(long, value_name = "S", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
+    pub(super) seconds: f64,
+
+    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+
+    /// Says nothing but results and errors
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
 /// One `--alpha NAME=VALUE`.
 #[derive(Clone, Debug)]
 pub(super) struct Alpha {
@@ -195,6 +212,11 @@ fn seed(text: &str) -> Result<u32, String> {
 fn threads(text: &str) -> Result<usize, String> {
     const MOST: usize = 1024;
     text.parse().ok().filter(|n| *n <= MOST).ok_or_else(|| format!("expected a whole number from 0 to {MOST}"))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s| (0.0..=3600.0).contains(s));
+    seconds.ok_or_else(|| "expected a number of seconds from 0 to 3600".to_owned())
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

@@ -1,0 +1,47 @@
+//! `mislab bench`: how fast this machine renders.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use mislab_renderer::benchmark::{self, Report};
+use mislab_renderer::pbrt;
+
+use super::Failure;
+use super::args::BenchArgs;
+use super::output::{self, Destination};
+
+pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
+    if let Some(json) = &args.json {
+        json.check()?;
+    }
+    let scene = Arc::new(pbrt::embedded_scene().scene);
+    let report = benchmark::run(&scene, args.seconds, &mut |step| {
+        if !args.quiet {
+            output::message(&format!("measuring: {step}"));
+        }
+    })?;
+    match &args.json {
+        Some(json @ Destination::StandardOutput) => json.write(&report),
+        Some(json @ Destination::File(_)) => {
+            output::print(&text(&report))?;
+            json.write(&report)
+        }
+        None => output::print(&text(&report)),
+    }
+}
+
+fn text(report: &Report) -> String {
+    let mut text = format!("Mpaths/s per core  {:>8}  {:>8}  {:>6}\n", report.simd, "one lane", "ratio");
+    for (name, rates) in &report.strategies {
+        let _ = writeln!(text, "{name:17}  {:8.1}  {:8.2}  {:6.1}", rates.simd, rates.scalar, rates.ratio);
+    }
+    let _ = writeln!(text, "{} threads against one: {:.2} times as fast", report.threads.count, report.threads.speedup);
+    for (what, latency) in [
+        ("change to first frame", &report.first_frame_ms),
+        ("change of a running pass to a tiny picture", &report.cancel_ms),
+    ] {
+        let _ = writeln!(text, "{what}: {:.1} ms, 99 of 100 below {:.1} ms", latency.p50, latency.p99);
+    }
+    let _ = writeln!(text, "layers: {:.0} % over the bare picture", report.layers_cost * 100.0);
+    text
+}

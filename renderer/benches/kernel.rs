@@ -1,0 +1,47 @@
+//! Throughput of the kernel, by strategy, sampler and vector level: `cargo bench -p mislab-renderer`.
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use mislab_renderer::build::BuiltScene;
+use mislab_renderer::film::Tile;
+use mislab_renderer::kernel::{Lanewise, render_tile};
+use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Settings, Strategy, pbrt};
+
+fn main() {
+    divan::main();
+}
+
+/// Samples per pixel of one call.
+const BURST: u32 = 8;
+
+/// A tile across the plates, the floor and the wall behind them.
+fn tile(bencher: Bencher<'_, '_>, how: Lanewise, strategy: Strategy, kind: SamplerKind) {
+    let base = Settings::default();
+    let settings = Settings { strategy, sampler: SamplerSettings { kind, ..base.sampler }, ..base };
+    let scene = BuiltScene::new(&pbrt::embedded_scene().scene, &settings).expect("the scene can be built");
+    let bounds = PixelRect { min: [0, 480], max: [800, 488] };
+    let paths = 800 * 8 * BURST * strategy.rays_per_sample();
+    let mut buffers = Some(Tile::new(bounds, strategy, None));
+    bencher.counter(ItemsCount::new(paths)).bench_local(|| {
+        let mut tile = Tile::new(bounds, strategy, buffers.take());
+        let invalid = render_tile(how, &scene, &settings, &mut tile, BURST);
+        buffers = Some(tile);
+        invalid
+    });
+}
+
+#[divan::bench(args = Strategy::ALL)]
+fn strategies(bencher: Bencher<'_, '_>, strategy: Strategy) {
+    tile(bencher, Lanewise::best(), strategy, SamplerKind::Stratified);
+}
+
+#[divan::bench(args = SamplerKind::ALL)]
+fn samplers(bencher: Bencher<'_, '_>, kind: SamplerKind) {
+    tile(bencher, Lanewise::best(), Strategy::Mis, kind);
+}
+
+#[divan::bench(args = Lanewise::all().into_iter().map(Lanewise::name))]
+fn levels(bencher: Bencher<'_, '_>, name: &str) {
+    let how = Lanewise::all().into_iter().find(|how| how.name() == name).expect("a level of this machine");
+    tile(bencher, how, Strategy::Mis, SamplerKind::Stratified);
+}
