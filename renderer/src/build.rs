@@ -121,6 +121,13 @@ impl BuiltScene {
         })
     }
 
+    /// The same scene, in which every primitive is asked for every ray: to compare with.
+    #[must_use]
+    pub fn without_lists(mut self) -> Self {
+        self.patches.forget();
+        self
+    }
+
     /// What each camera ray meets first, all of them rays of the patch with these candidates.
     #[inline(always)]
     pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<L> {

@@ -27,7 +27,7 @@ pub(crate) const COUNT: usize = 4;
 ///
 /// Laid out as `[block][channel][lane]`. `carry` holds the rounding errors of `sum`; it means
 /// nothing while there is a single sample, so that a first pass need not touch it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
     channels: usize,
     sum: Vec<f32>,
@@ -99,7 +99,7 @@ pub struct Sample<L: Lanes> {
 }
 
 /// All samples so far of the pixels of one tile.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
     /// Pixels of the tile inside the picture, in coordinates of the full image.
     pub bounds: PixelRect,

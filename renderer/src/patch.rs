@@ -346,6 +346,11 @@ impl Patches {
         patches
     }
 
+    /// Narrows nothing down any more.
+    pub fn forget(&mut self) {
+        self.listed = false;
+    }
+
     /// Every primitive: what [`Self::candidates`] narrows.
     pub fn everything(&self) -> Candidates {
         let [primitives, lights] = self.counts.map(List::all);
