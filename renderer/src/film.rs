@@ -66,9 +66,11 @@ impl Sums {
         let new = old + x;
         let grown = new - old;
         let error = (old - (new - grown)) + (x - grown);
-        new.store(sum);
         let errors = if sample == 1 { error } else { l.load(carry) + error };
-        errors.store(carry);
+        // What has gathered moves into the sum as soon as it can: a carry that grew would round in turn.
+        let sum_and_errors = new + errors;
+        sum_and_errors.store(sum);
+        (errors - (sum_and_errors - new)).store(carry);
     }
 
     /// Sums of one channel over `samples` samples, lane by lane.
@@ -328,4 +330,69 @@ fn add_technique<L: Lanes>(
 #[inline(always)]
 pub fn luminance<L: Lanes>(l: L, c: V3<L>) -> L::F {
     c.x.mul_add(l.f(LUMINANCE[0]), c.y.mul_add(l.f(LUMINANCE[1]), c.z * LUMINANCE[2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::Contribution;
+    use crate::lanes::Single;
+    use crate::sampler::mix_one;
+
+    /// A contribution of a heavy-tailed distribution: mostly small, now and then 1e4 times as much.
+    fn value(counter: u32) -> f32 {
+        let u = (mix_one(counter) >> 8) as f32 / 16_777_216.0;
+        if u < 1e-3 { 3.0 + 1e7 * u } else { u * u }
+    }
+
+    #[test]
+    fn sums_are_exact_to_1e_7_after_four_million_samples() {
+        let bounds = PixelRect { min: [0, 0], max: [4, 4] };
+        let mut tile = Tile::new(bounds, Strategy::MisAll, None);
+        let mut exact = [0.0f64; 9];
+        const SAMPLES: u32 = 1 << 22;
+        for index in 0..SAMPLES {
+            let [a, b, e] = [0, 1, 2].map(|i| value(3 * index + i));
+            // Every other sample carries by the BSDF technique, every fourth sees a light.
+            let (carries, emits) = (index % 2 == 1, index % 4 == 3);
+            let light = Contribution { value: V3 { x: a, y: 2.0 * a, z: 0.1 }, weight: a.min(1.0), carries: true };
+            let bsdf = Contribution { value: V3 { x: 0.3, y: b, z: b }, weight: 0.7, carries };
+            let emitted = if emits { V3 { x: e, y: e, z: 1e-3 } } else { V3 { x: 0.0, y: 0.0, z: 0.0 } };
+            let sample = Sample::<Single> { reflected: Reflected { light, bsdf }, emitted, emits };
+            assert_eq!(tile.add(Single, (0, 5), index, &sample), 0, "valid samples");
+            let once = |on: bool, x: f32| if on { f64::from(x) } else { 0.0 };
+            for (sum, x) in exact.iter_mut().zip([
+                f64::from(a),
+                f64::from(2.0 * a),
+                f64::from(0.1f32),
+                f64::from(a.min(1.0)),
+                once(carries, b),
+                once(carries, 0.7),
+                once(carries, 1.0),
+                once(emits, e),
+                once(emits, 1e-3),
+            ]) {
+                *sum += x;
+            }
+        }
+        tile.samples = SAMPLES;
+        let emission = |channel| tile.emission(0, channel).expect("a light was seen")[5];
+        let found = [
+            tile.light(0, 0)[5],
+            tile.light(0, 1)[5],
+            tile.light(0, 2)[5],
+            tile.light(0, WEIGHT)[5],
+            tile.bsdf(0, 1)[5],
+            tile.bsdf(0, WEIGHT)[5],
+            tile.bsdf(0, COUNT)[5],
+            emission(0),
+            emission(2),
+        ];
+        for (i, (found, exact)) in found.into_iter().zip(exact).enumerate() {
+            assert!((found - exact).abs() < 1e-7 * exact, "sum {i}: {found}, exactly {exact}");
+        }
+        // A plain sum in single precision would not do.
+        let plain = (0..SAMPLES).fold(0.0f32, |sum, index| sum + value(3 * index));
+        assert!((f64::from(plain) - exact[0]).abs() > 1e-6 * exact[0], "{plain}: the test cannot fail");
+    }
 }

@@ -96,7 +96,8 @@ struct Meeting<L: Lanes> {
     faces: L::M,
     /// Density of sampling this light in that direction, per solid angle.
     density: L::F,
-    /// The distance is `along - sqrt(half2)`, from inside a sphere `along + sqrt(half2)`.
+    /// The distance is `along - sqrt(half2)`, 0 on the very surface; from inside a sphere it is
+    /// `along + sqrt(half2)`.
     along: L::F,
     half2: L::F,
     inside: L::M,
@@ -107,28 +108,29 @@ impl<L: Lanes> Meeting<L> {
     #[inline(always)]
     fn distance(&self, l: L) -> L::F {
         let half = self.half2.max(l.f(0.0)).sqrt();
-        self.along + self.inside.select(half, -half)
+        (self.along + self.inside.select(half, -half)).max(l.f(0.0))
     }
 }
 
-/// Whether and where rays meet a ball light beyond `t_min`, without a square root for the distance.
+/// Whether and where rays meet a ball light, without a square root for the distance. From inside only
+/// what lies beyond `t_min` is met.
 #[inline(always)]
 fn meet_ball<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
     let zero = l.f(0.0);
     let to_center = V3::splat(l, ball.center) - origin;
     let cone = cone(l, to_center.dot(to_center), l.f(ball.curvature2()));
     let (along, half2) = ball.chord(l, origin, dir);
-    // near = along - half > t_min and far = along + half > t_min, squared.
-    let beyond = along - t_min;
-    let (ahead, short) = (beyond.gt(zero), half2.lt(beyond * beyond));
-    let reaches = (ahead & (short | cone.inside)) | (cone.inside & !short);
-    let met = half2.ge(zero) & reaches;
+    // From outside it only has to lie ahead, however near: on its very surface it still fills half of
+    // all directions. From inside, far = along + half > t_min, squared.
+    let short = along - t_min;
+    let far_enough = short.gt(zero) | half2.gt(short * short);
+    let met = half2.ge(zero) & ((cone.inside & far_enough) | (!cone.inside & along.gt(zero)));
     let faces = met & if ball.inward { cone.inside } else { !cone.inside };
     let density = warp::cone_pdf::<L>(cone.inverse_one_minus_cos);
     Meeting { met, faces, density, along, half2, inside: cone.inside }
 }
 
-/// The same for a facet.
+/// Whether and where rays meet a facet light beyond `t_min`.
 #[inline(always)]
 fn meet_facet<L: Lanes>(l: L, facet: &Facet, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
     let zero = l.f(0.0);

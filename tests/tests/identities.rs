@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use mislab_renderer::kernel::Lanewise;
 use mislab_renderer::{
     Bsdf, Channel, Frame, Heuristic, Layer, OneSampleWeights, Pace, Picture, Renderer, Request, SamplerKind,
     SamplerSettings, Scene, Settings, State, Strategy, progressive,
@@ -125,7 +124,7 @@ fn doubled_radiance_doubles_the_picture_exactly() {
 fn threads_do_not_change_a_bit() {
     for (scene, settings) in cases() {
         let expected = bits(&render_on(1, &scene, &settings));
-        for threads in [2, 3, 7] {
+        for threads in [2, 3, 7, 16] {
             assert_eq!(
                 bits(&render_on(threads, &scene, &settings)),
                 expected,
@@ -230,30 +229,6 @@ fn crop_window_is_a_part_of_the_full_image() {
             }
         }
     }
-}
-
-#[test]
-fn vector_units_agree_with_scalar_code() {
-    // Fused operations round differently, and now and then a ray at an edge goes the other way: all
-    // but a few pixels agree closely, and those few do not move the mean.
-    let (mut off, mut pixels) = (0, 0);
-    for (scene, settings) in cases() {
-        let request = Request { scene, settings };
-        let wide = progressive::render(&request, 0, &mut |_| true).expect("the request can be rendered");
-        let single =
-            progressive::render_with(&request, 0, Lanewise::Single, &mut |_| true).expect("in scalar code too");
-        let (a, b) = (wide.channel(Channel::G), single.channel(Channel::G));
-        for (a, b) in a.iter().zip(&b) {
-            pixels += 1;
-            off += usize::from((a - b).abs() > 2e-3 * a.max(*b));
-        }
-        let mean = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
-        let (a, b) = (mean(&a), mean(&b));
-        let name = request.settings.strategy.name();
-        assert!((a - b).abs() < 1e-3 * a, "{name} with {}: {a} and {b}", request.settings.sampler.kind.name());
-    }
-    println!("{off} of {pixels} pixels differ");
-    assert!(off * 200 < pixels, "{off} of {pixels} pixels differ by more than 0.2 %");
 }
 
 /// Mean of a picture's green channel over `seeds`, its standard error, and the variance of a pixel

@@ -1,0 +1,134 @@
+//! People stop early: the first n samples of any sampler are unbiased for any n.
+//!
+//! The samples of one pixel depend on each other, so errors are judged over 4096 independent
+//! replicates: pixels with other seeds.
+
+use glam::DVec3;
+use mislab_renderer::lanes::{Single, Wrapping};
+use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::{Channel, SamplerKind, SamplerSettings, Settings, Strategy};
+use mislab_tests::experiment::{independent, keyhole, render, veach};
+use mislab_tests::oracle::{LUMINANCE, World};
+use mislab_tests::statistics::Family;
+
+const REPLICATES: u32 = 4096;
+const LENGTHS: [u32; 13] = [1, 2, 3, 5, 7, 13, 23, 36, 50, 63, 64, 65, 100];
+
+fn samplers() -> Vec<(String, SamplerSettings)> {
+    let of = |kind: SamplerKind, strata: [u32; 2]| {
+        (format!("{} {}x{}", kind.name(), strata[0], strata[1]), SamplerSettings { kind, strata, jitter: true })
+    };
+    let mut all: Vec<_> = [[8, 8], [6, 6], [3, 5], [1, 1]].map(|s| of(SamplerKind::Stratified, s)).into();
+    all.push(of(SamplerKind::Independent, [1, 1]));
+    all.push(of(SamplerKind::Sobol, [1, 1]));
+    all
+}
+
+/// Functions of a sample's numbers whose mean is zero: moments of every number, products of both
+/// axes, a box and a step, and products between dimensions.
+fn functions(random: &Numbers<Single>) -> Vec<(&'static str, f64)> {
+    let one = |d| f64::from(random.get_1d(d));
+    let two = |d| random.get_2d(d).map(f64::from);
+    let step = |u: f64, at: f64| if u < at { 1.0 - at } else { -at };
+    let mut values = Vec::new();
+    for d in [Dimension::Technique, Dimension::LightChoice, Dimension::Lobe] {
+        let u = one(d);
+        values.extend([("u", u - 0.5), ("u^2", u * u - 1.0 / 3.0), ("step", step(u, 0.37))]);
+    }
+    for d in [Dimension::Pixel, Dimension::Light, Dimension::Bsdf] {
+        let [u, v] = two(d);
+        let inside = if u < 0.3 && v < 0.7 { 1.0 } else { 0.0 };
+        values.extend([("u", u - 0.5), ("v", v - 0.5), ("u^2", u * u - 1.0 / 3.0), ("v^2", v * v - 1.0 / 3.0)]);
+        values.extend([("u v", (u - 0.5) * (v - 0.5)), ("box", inside - 0.21)]);
+    }
+    let [x, y] = two(Dimension::Pixel);
+    let ([a, b], [c, d]) = (two(Dimension::Light), two(Dimension::Bsdf));
+    let (t, k, lobe) = (one(Dimension::Technique), one(Dimension::LightChoice), one(Dimension::Lobe));
+    for (name, p, q) in [
+        ("pixel x, light u", x, a),
+        ("pixel y, light v", y, b),
+        ("pixel x, bsdf u", x, c),
+        ("light u, bsdf u", a, c),
+        ("light v, bsdf v", b, d),
+        ("technique, light u", t, a),
+        ("technique, light choice", t, k),
+        ("light choice, light u", k, a),
+        ("lobe, bsdf u", lobe, c),
+        ("lobe, technique", lobe, t),
+    ] {
+        values.push((name, (p - 0.5) * (q - 0.5)));
+    }
+    values
+}
+
+#[test]
+fn every_prefix_of_the_numbers_is_unbiased() {
+    let mut family = Family::new("prefixes of numbers");
+    for (name, settings) in samplers() {
+        let last = LENGTHS[LENGTHS.len() - 1];
+        // Sums over replicates of the prefix mean and its square, by length and function.
+        let mut sums: Vec<Vec<(&str, f64, f64)>> = vec![Vec::new(); LENGTHS.len()];
+        for replicate in 0..REPLICATES {
+            let mut sampler = Sampler::new(Single, &settings, Dimension::wanted(Strategy::Mis, true, true));
+            let (x, y) = (Wrapping(replicate % 61), Wrapping(replicate / 61));
+            sampler.start(pixel_keys(Single, replicate, x, y));
+            let mut running: Vec<f64> = Vec::new();
+            for index in 0..last {
+                let values = functions(&sampler.draw(index));
+                running.resize(values.len(), 0.0);
+                for (sum, (_, value)) in running.iter_mut().zip(&values) {
+                    *sum += value;
+                }
+                if let Some(at) = LENGTHS.iter().position(|&n| n == index + 1) {
+                    sums[at].resize(values.len(), ("", 0.0, 0.0));
+                    for ((sum, running), (label, _)) in sums[at].iter_mut().zip(&running).zip(&values) {
+                        let mean = running / f64::from(index + 1);
+                        *sum = (*label, sum.1 + mean, sum.2 + mean * mean);
+                    }
+                }
+            }
+        }
+        let n = f64::from(REPLICATES);
+        for (length, sums) in LENGTHS.iter().zip(&sums) {
+            for (i, (label, sum, squares)) in sums.iter().enumerate() {
+                let mean = sum / n;
+                let error = ((squares / n - mean * mean) / (n - 1.0)).sqrt();
+                // Numbers are multiples of 2^-24.
+                family.test(format!("{name}, {length} samples, {label} ({i})"), mean, 0.0, error.hypot(6e-8));
+            }
+        }
+    }
+    family.judge(6 * 13 * 37);
+}
+
+#[test]
+fn every_prefix_of_a_picture_is_unbiased() {
+    const EYE: DVec3 = DVec3::new(0.0, 2.0, 15.0);
+    let mut family = Family::new("prefixes of pictures");
+    let scene = veach();
+    // On the floor, where every light is seen and the integrand is smooth.
+    let target = DVec3::new(0.7, -4.14615, 7.0);
+    let view = keyhole(&scene, EYE, target);
+    let point = World::new(&scene).point(EYE, target);
+    for strategy in [Strategy::Light, Strategy::MisAll, Strategy::Mis] {
+        let expected = point.sample(&Settings { strategy, ..independent(1, 1, [32, 32]) }, LUMINANCE).total.mean();
+        for (name, sampler) in samplers() {
+            for spp in LENGTHS {
+                let mut values = Vec::new();
+                for seed in 0..REPLICATES / 1024 {
+                    let settings = Settings { strategy, sampler, ..independent(spp, 500 + seed, [32, 32]) };
+                    let frame = render(&view, &settings);
+                    let channels = [Channel::R, Channel::G, Channel::B].map(|c| frame.channel(c));
+                    values
+                        .extend((0..1024).map(|i| LUMINANCE.dot(channels.each_ref().map(|c| f64::from(c[i])).into())));
+                }
+                let n = values.len() as f64;
+                let mean = values.iter().sum::<f64>() / n;
+                let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+                let error = (variance / n).sqrt().hypot(3e-5 * expected);
+                family.test(format!("{}, {name}, {spp} samples", strategy.name()), mean, expected, error);
+            }
+        }
+    }
+    family.judge(3 * 6 * 13);
+}
