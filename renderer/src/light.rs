@@ -82,7 +82,8 @@ fn cone<L: Lanes>(l: L, distance2: L::F, radius2: L::F) -> Cone<L> {
 }
 
 impl Light {
-    /// Where a ray meets the light, whether it does beyond `t_min`, and if so on the emitting side.
+    /// Where a ray meets the light, whether it does, and if so on the emitting side. A sphere from inside and
+    /// a facet are only met beyond `t_min`.
     #[inline(always)]
     fn meet<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> (L::F, L::M, L::M) {
         match &self.shape {
@@ -90,8 +91,12 @@ impl Light {
                 let to_center = V3::splat(l, ball.center) - origin;
                 let inside = to_center.dot(to_center).lt(l.f(ball.radius * ball.radius));
                 let hit = ball.intersect(l, origin, dir);
-                let distance = inside.select(hit.far, hit.near);
-                let met = hit.meets & distance.gt(t_min);
+                // From outside it only has to lie ahead, however near: on its very surface it still fills
+                // half of all directions, though the distance is 0.
+                let zero = l.f(0.0);
+                let distance = inside.select(hit.far, hit.near.max(zero));
+                let ahead = (inside & hit.far.gt(t_min)) | (!inside & (hit.near + hit.far).gt(zero));
+                let met = hit.meets & ahead;
                 (distance, met, met & if ball.inward { inside } else { !inside })
             }
             LightShape::Facet(facet) => {
