@@ -21,7 +21,7 @@ pub const SAMPLES: usize = 4_000_000;
 /// A cell is split until the parts of its integral differ from the whole by no more.
 const TOLERANCE: f64 = 1e-8;
 /// Samples that show where the density has narrow features.
-const PILOTS: usize = 100_000;
+const PILOTS: usize = 60_000;
 /// Samples per call.
 const CHUNK: usize = 16 * 500;
 
@@ -160,7 +160,7 @@ impl<P: Pair> Integral<'_, P> {
         let corners = [corner, [corner[0], middle[1]], [middle[0], corner[1]], middle];
         let parts = corners.map(|corner| self.rule(corner, half));
         let sum: f64 = parts.iter().sum();
-        let seen = pilots.len() <= 8 && sum * PILOTS as f64 >= 0.1 * pilots.len() as f64;
+        let seen = pilots.len() <= 8 && (sum > 0.0 || pilots.is_empty());
         let fine = size[0] <= 1.0 / 150.0;
         let settled = (sum - whole).abs() <= TOLERANCE && seen && fine;
         if settled || depth == 30 {
@@ -274,8 +274,13 @@ pub fn check<P: Pair>(case: &Case<'_, P>, seed: u32) -> Vec<Found> {
             for e in &mut expected {
                 *e *= SAMPLES as f64;
             }
-            // Samples that failed, or lie outside the chart.
-            expected.push((1.0 - total).max(0.0) * SAMPLES as f64);
+            // Samples that failed, or lie outside the chart. Where it is known how many do, a millionth that the
+            // quadrature is off shall not count as failing: `excess` judges that.
+            let inside = if c > 0 && case.partly { total } else { case.success };
+            for e in &mut expected {
+                *e *= if total > 0.0 { inside / total } else { 1.0 };
+            }
+            expected.push((1.0 - inside).max(0.0) * SAMPLES as f64);
             found.push(Found {
                 label: format!("{}, {} of {} x {}", case.name, chart.name(), table[0], table[1]),
                 outcome: chi_square(&counts[3 * c + t], &expected),

@@ -218,12 +218,14 @@ fn bsdf_cases() -> Vec<Case<'static, BsdfPair>> {
         }
     } else {
         for (alpha, degrees) in
-            [(1e-3, 0.0), (1e-3, 60.0), (1e-3, 89.9), (0.01, 30.0), (0.05, 80.0), (0.2, 88.0), (1.0, 0.0), (1.0, 89.9)]
+            [(1e-3, 0.0), (1e-3, 60.0), (0.01, 89.9), (0.01, 30.0), (0.05, 80.0), (0.2, 88.0), (1.0, 0.0), (1.0, 89.9)]
         {
             list.push(("metal", metal(alpha), degrees));
         }
         list.extend([("plastic", plastic(0.02), 60.0), ("plastic", plastic(0.5), 85.0), ("matte", matte, 30.0)]);
     }
+    // Lobes of this width hold too few directions of single precision for a table.
+    list.retain(|(_, bsdf, degrees)| bsdf.alpha().is_none_or(|a| f64::from(a) * degrees.to_radians().cos() > 1e-5));
     list.iter()
         .map(|(name, bsdf, degrees)| {
             let alpha = bsdf.alpha().map_or(String::new(), |alpha| format!(" of alpha {alpha}"));
@@ -237,7 +239,7 @@ fn light_cases() -> Vec<Case<'static, LightPair>> {
         ["1e-14", "aslant, sin^2 1e-6", "x, sin^2 3e-1", "9.98e-1", "on a", "centre", "near its", "at 0.02", "aside"]
             .iter()
             .any(|part| view.name.contains(part))
-            || view.lights.list.len() > 1 && view.lights.list.len() != 5
+            || view.lights.list.len() > 1 && ![5, 33].contains(&view.lights.list.len())
     };
     let views = [far_balls(), near_balls(), facets(), mixtures()].into_iter().flatten();
     views.filter(|view| is_deep() || ordinary(view)).map(|view| light_case(view, 0)).collect()
