@@ -3,9 +3,14 @@
 //!
 //! `README.md` beside this crate lists what is claimed, by which test, with which significance.
 
+pub mod charts;
+pub mod chi_square;
 pub mod depth;
 pub mod experiment;
 pub mod image;
+pub mod lanewise;
+pub mod light_scenes;
 pub mod oracle;
+pub mod pair;
 pub mod quadrature;
 pub mod statistics;

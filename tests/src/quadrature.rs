@@ -2,7 +2,7 @@
 //! every integral that is later asked for.
 
 /// Abscissae and weights of the four-point Gauss-Legendre rule on [0, 1].
-const GAUSS: [(f64, f64); 4] = [
+pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),

@@ -1,0 +1,183 @@
+//! The two weights of every direction sum to 1 and are never negative.
+
+use glam::Vec3;
+use mislab_renderer::bsdf::{self, Material, Surface};
+use mislab_renderer::kernel::Lanewise;
+use mislab_renderer::lanes::{Lanes, Mask, Real, Single, V3};
+use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::{Bsdf, Heuristic, Reflectance, mis};
+use mislab_tests::lanewise::{self, Task};
+use mislab_tests::light_scenes::{View, many, mixtures};
+use mislab_tests::pair::INDEPENDENT;
+
+/// Directions over all scenes.
+const DIRECTIONS: u32 = 1_000_000;
+/// Four units in the last place of 1.
+const ULPS: f32 = 4.0 * f32::EPSILON;
+
+/// Both weights, with the technique that wins ties first.
+fn weights(heuristic: Heuristic, a: f32, b: f32) -> [f32; 2] {
+    [mis::weight(Single, heuristic, a, b, true), mis::weight(Single, heuristic, b, a, false)]
+}
+
+fn assert_sound([a, b]: [f32; 2], what: impl Fn() -> String) {
+    assert!(a >= 0.0 && b >= 0.0 && (a + b - 1.0).abs() <= ULPS, "{}: weights {a} and {b}, sum {}", what(), a + b);
+}
+
+/// Weights at directions drawn by the light, by the BSDF and over the whole sphere in turn.
+struct Directions<'a> {
+    view: &'a View,
+    material: &'a Material,
+    scene: u32,
+    count: u32,
+}
+
+/// How many directions only light sampling reaches, only BSDF sampling, and both.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reached {
+    light: u32,
+    bsdf: u32,
+    both: u32,
+}
+
+impl Task for Directions<'_> {
+    type Output = Reached;
+    #[inline(always)]
+    fn run<L: Lanes>(self, l: L) -> Reached {
+        let mut sampler = Sampler::new(l, &INDEPENDENT, [true; Dimension::ALL.len()]);
+        sampler.start(pixel_keys(l, 77, l.iota(), l.u(self.scene)));
+        let mut reached = Reached::default();
+        for i in 0..self.count / L::N as u32 {
+            let random = sampler.draw(i);
+            let p = jittered(l, self.view.p, &random);
+            let n = sphere(l, random.get_2d(Dimension::Pixel));
+            let s = Surface::new(l, p, n, self.material);
+            // A viewer above the surface: the normal and a direction across.
+            let across = sphere(l, [random.get_1d(Dimension::Technique), random.get_1d(Dimension::Lobe)]);
+            let wo = (n * l.f(1.001) + across).normalize(l);
+            let wi = match i % 3 {
+                0 => self.view.lights.sample(l, p, &random).0,
+                1 => bsdf::sample(l, &s, wo, &random).wi,
+                _ => sphere(l, random.get_2d(Dimension::Bsdf)),
+            };
+            let p_light = self.view.lights.look(l, p, wi, l.f(1e-5)).pdf;
+            let p_bsdf = bsdf::evaluate(l, &s, wo, wi).pdf;
+            let c = random.get_1d(Dimension::LightChoice);
+            for (a, b) in [(p_light, p_bsdf), (c * p_light, (l.f(1.0) - c) * p_bsdf)] {
+                let some = !(a.le(l.f(0.0)) & b.le(l.f(0.0)));
+                for heuristic in Heuristic::ALL {
+                    let w_a = mis::weight(l, heuristic, a, b, true);
+                    let w_b = mis::weight(l, heuristic, b, a, false);
+                    let off = (w_a + w_b - 1.0).abs();
+                    let sound = w_a.ge(l.f(0.0)) & w_b.ge(l.f(0.0)) & off.le(l.f(ULPS));
+                    let bad = (some & !sound).bits();
+                    if bad != 0 {
+                        let k = bad.trailing_zeros() as usize;
+                        let w = [w_a.lane(k), w_b.lane(k)];
+                        let heuristic = heuristic.name();
+                        panic!("{}, {heuristic}: {} and {} get {w:?}", self.view.name, a.lane(k), b.lane(k));
+                    }
+                }
+            }
+            let (by_light, by_bsdf) = (p_light.gt(l.f(0.0)), p_bsdf.gt(l.f(0.0)));
+            reached.light += (by_light & !by_bsdf).bits().count_ones();
+            reached.bsdf += (by_bsdf & !by_light).bits().count_ones();
+            reached.both += (by_light & by_bsdf).bits().count_ones();
+        }
+        reached
+    }
+}
+
+/// A direction, uniform over the sphere (by the difference of two numbers and no map of the renderer's).
+#[inline(always)]
+fn sphere<L: Lanes>(l: L, [u, v]: [L::F; 2]) -> V3<L> {
+    let (mut x, mut y, mut z) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+    for i in 0..L::N {
+        let (height, turn) = (1.0 - 2.0 * f64::from(u.lane(i)), std::f64::consts::TAU * f64::from(v.lane(i)));
+        let r = (1.0 - height * height).max(0.0).sqrt();
+        (x[i], y[i], z[i]) = ((r * turn.cos()) as f32, (r * turn.sin()) as f32, height as f32);
+    }
+    V3 { x: l.load(&x), y: l.load(&y), z: l.load(&z) }
+}
+
+/// Points near `p`.
+#[inline(always)]
+fn jittered<L: Lanes>(l: L, p: Vec3, random: &Numbers<L>) -> V3<L> {
+    let [x, y] = random.get_2d(Dimension::Pixel);
+    V3::splat(l, p) + V3 { x: x - 0.5, y: y - 0.5, z: x - y } * l.f(0.3)
+}
+
+#[test]
+fn weights_of_random_directions_sum_to_one() {
+    let metal = |alpha| Bsdf::Conductor { reflectance: Reflectance::Constant(Vec3::ONE), alpha };
+    let materials = [
+        Bsdf::Matte { kd: Vec3::splat(0.5) },
+        metal(0.0),
+        metal(1e-3),
+        metal(0.1),
+        metal(1.0),
+        Bsdf::Plastic { kd: Vec3::splat(0.3), ks: Vec3::splat(0.4), alpha: 0.05 },
+    ];
+    let views: Vec<View> = (1..=64).map(many).chain(mixtures()).collect();
+    let count = DIRECTIONS.div_ceil((views.len() * materials.len()) as u32).next_multiple_of(16);
+    for how in [Lanewise::best(), Lanewise::Single] {
+        let mut sum = Reached::default();
+        for (i, view) in views.iter().enumerate() {
+            for (j, bsdf) in materials.iter().enumerate() {
+                let material = &Material::new(bsdf);
+                let scene = (i * materials.len() + j) as u32;
+                let reached = lanewise::run(how, Directions { view, material, scene, count });
+                sum.light += reached.light;
+                sum.bsdf += reached.bsdf;
+                sum.both += reached.both;
+            }
+        }
+        assert!(sum.light.min(sum.bsdf).min(sum.both) > DIRECTIONS / 50, "all kinds of directions: {sum:?}");
+    }
+}
+
+#[test]
+fn weights_of_extreme_densities_sum_to_one() {
+    let values = [0.0, 1e-45, 1e-38, 1e-20, 1e-6, 0.08, 0.999_999_9, 1.0, 3.0, 1e6, 3e13, 1e20, 1e38, f32::MAX];
+    for heuristic in Heuristic::ALL {
+        for a in values {
+            for b in values {
+                if a == 0.0 && b == 0.0 {
+                    continue;
+                }
+                let w = weights(heuristic, a, b);
+                assert_sound(w, || format!("{}, {a:e} and {b:e}", heuristic.name()));
+                if a == 0.0 || b == 0.0 {
+                    let expected = if a > 0.0 { [1.0, 0.0] } else { [0.0, 1.0] };
+                    assert_eq!(w, expected, "{}: a technique that cannot draw a direction", heuristic.name());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn weights_are_those_of_the_book() {
+    for i in -120..=120 {
+        let (a, b) = (0.7f32, 0.7 * f32::powf(10.0, i as f32 / 20.0));
+        let (x, y) = (f64::from(a), f64::from(b));
+        for heuristic in Heuristic::ALL {
+            let expected = match heuristic {
+                Heuristic::Balance => x / (x + y),
+                Heuristic::Power => x * x / (x * x + y * y),
+                Heuristic::Cutoff if (x - 0.1 * y).abs() < 1e-6 || (y - 0.1 * x).abs() < 1e-6 => continue,
+                Heuristic::Cutoff if x < 0.1 * y => 0.0,
+                Heuristic::Cutoff if y < 0.1 * x => 1.0,
+                Heuristic::Cutoff => x / (x + y),
+                Heuristic::Maximum => f64::from(u8::from(x >= y)),
+            };
+            let found = weights(heuristic, a, b);
+            let name = heuristic.name();
+            assert!(
+                (f64::from(found[0]) - expected).abs() < 1e-6,
+                "{name}, {a} and {b}: {found:?}, expected {expected}"
+            );
+            assert_sound(found, || format!("{name}, {a} and {b}"));
+        }
+    }
+}
