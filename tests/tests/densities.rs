@@ -225,7 +225,9 @@ fn bsdf_cases() -> Vec<Case<'static, BsdfPair>> {
         list.extend([("plastic", plastic(0.02), 60.0), ("plastic", plastic(0.5), 85.0), ("matte", matte, 30.0)]);
     }
     // Lobes of this width hold too few directions of single precision for a table.
-    list.retain(|(_, bsdf, degrees)| bsdf.alpha().is_none_or(|a| f64::from(a) * degrees.to_radians().cos() > 1e-5));
+    list.retain(|(_, bsdf, degrees)| {
+        bsdf.alpha().is_none_or(|a| f64::from(a) * f64::to_radians(*degrees).cos() > 1e-5)
+    });
     list.iter()
         .map(|(name, bsdf, degrees)| {
             let alpha = bsdf.alpha().map_or(String::new(), |alpha| format!(" of alpha {alpha}"));
