@@ -3,7 +3,7 @@
 use crate::statistics::{SIGNIFICANCE, sidak};
 
 /// Cells expected to hold fewer samples than this are pooled.
-const LEAST_EXPECTED: f64 = 5.0;
+pub const LEAST_EXPECTED: f64 = 5.0;
 
 /// ln of the gamma function for x > 0 (Lanczos, g = 7; relative error below 1e-14).
 fn ln_gamma(x: f64) -> f64 {
@@ -77,15 +77,15 @@ pub struct Outcome {
 }
 
 /// Compares counts with what is expected of them; both have the same total. Cells that expect fewer than
-/// 5 are pooled into one, which grows until it expects 5.
-pub fn chi_square(observed: &[u32], expected: &[f64]) -> Outcome {
+/// `least`, 5 or more, are pooled into one, which grows until it expects as many.
+pub fn chi_square(observed: &[u32], expected: &[f64], least: f64) -> Outcome {
     assert_eq!(observed.len(), expected.len(), "every cell has an expectation");
     let (mut chi2, mut cells) = (0.0, 0);
     let mut pool = (0.0, 0.0);
     let mut smallest: Option<(f64, f64)> = None;
     for (&o, &e) in observed.iter().zip(expected) {
         let o = f64::from(o);
-        if e < LEAST_EXPECTED {
+        if e < least {
             pool = (pool.0 + o, pool.1 + e);
             continue;
         }
@@ -95,7 +95,7 @@ pub fn chi_square(observed: &[u32], expected: &[f64]) -> Outcome {
             smallest = Some((o, e));
         }
     }
-    if pool.1 >= LEAST_EXPECTED || smallest.is_none() {
+    if pool.1 >= least || smallest.is_none() {
         chi2 += (pool.0 - pool.1).powi(2) / pool.1.max(f64::MIN_POSITIVE);
         cells += 1;
     } else if let Some((o, e)) = smallest {
@@ -177,10 +177,11 @@ mod tests {
 
     #[test]
     fn rare_cells_are_pooled() {
-        let outcome = chi_square(&[50, 48, 1, 0, 1, 2, 1, 3], &[49.0, 49.0, 1.5, 1.0, 1.0, 1.5, 1.0, 2.0]);
+        let outcome =
+            chi_square(&[50, 48, 1, 0, 1, 2, 1, 3], &[49.0, 49.0, 1.5, 1.0, 1.0, 1.5, 1.0, 2.0], LEAST_EXPECTED);
         assert_eq!(outcome.degrees, 2, "{outcome:?}");
         // One stray sample where none is expected joins the smallest cell.
-        let outcome = chi_square(&[50, 49, 1], &[50.0, 50.0, 0.0]);
+        let outcome = chi_square(&[50, 49, 1], &[50.0, 50.0, 0.0], LEAST_EXPECTED);
         assert_eq!(outcome.degrees, 1, "{outcome:?}");
         assert!(outcome.p > 0.8, "{outcome:?}");
     }
@@ -189,8 +190,8 @@ mod tests {
     #[should_panic(expected = "of 2 tests, p is below")]
     fn a_family_fails_by_one_test() {
         let mut family = PValues::new("two");
-        family.test("fine", chi_square(&[50, 49], &[50.0, 49.0]));
-        family.test("off", chi_square(&[50, 100], &[75.0, 75.0]));
+        family.test("fine", chi_square(&[50, 49], &[50.0, 49.0], LEAST_EXPECTED));
+        family.test("off", chi_square(&[50, 100], &[75.0, 75.0], LEAST_EXPECTED));
         family.judge(2);
     }
 }

@@ -10,7 +10,7 @@ use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
 use mislab_renderer::{SamplerKind, SamplerSettings};
 
 use crate::charts::Chart;
-use crate::chi_square::{Outcome, chi_square};
+use crate::chi_square::{LEAST_EXPECTED, Outcome, chi_square};
 use crate::lanewise::{self, Task};
 use crate::quadrature::GAUSS;
 
@@ -266,6 +266,9 @@ pub fn check<P: Pair>(case: &Case<'_, P>, seed: u32) -> Vec<Found> {
             drawn += 1;
         }
     });
+    // Quadrature on squares misses slivers at the rims of lights that cross a cell: some ten samples, which
+    // must not meet a cell that expects no more.
+    let least = if case.partly { 100.0 * LEAST_EXPECTED } else { LEAST_EXPECTED };
     let mut found = Vec::new();
     for (c, chart) in case.charts.iter().enumerate() {
         for (t, table) in TABLES.into_iter().enumerate() {
@@ -283,7 +286,7 @@ pub fn check<P: Pair>(case: &Case<'_, P>, seed: u32) -> Vec<Found> {
             expected.push((1.0 - inside).max(0.0) * SAMPLES as f64);
             found.push(Found {
                 label: format!("{}, {} of {} x {}", case.name, chart.name(), table[0], table[1]),
-                outcome: chi_square(&counts[3 * c + t], &expected),
+                outcome: chi_square(&counts[3 * c + t], &expected, least),
                 excess: if c > 0 && case.partly { 0.0 } else { total - case.success },
                 stray: stray.clone(),
             });

@@ -39,7 +39,7 @@ impl Pair for LightPair {
     }
     #[inline(always)]
     fn density<L: Lanes>(&self, l: L, wi: V3<L>) -> L::F {
-        self.0.lights.look(l, V3::splat(l, self.0.p), wi, l.f(0.0)).pdf
+        self.0.lights.look(l, V3::splat(l, self.0.p), wi, l.f(0.0), false).pdf
     }
 }
 
@@ -53,13 +53,13 @@ struct BsdfPair {
 impl Pair for BsdfPair {
     #[inline(always)]
     fn sample<L: Lanes>(&self, l: L, random: &Numbers<L>) -> (V3<L>, L::M) {
-        let s = Surface::new(l, V3::splat(l, Vec3::ZERO), V3::splat(l, self.n), &self.material);
+        let s = Surface { p: V3::splat(l, Vec3::ZERO), n: V3::splat(l, self.n), material: &self.material };
         let wi = bsdf::sample(l, &s, V3::splat(l, self.wo), random).wi;
         (wi, wi.dot(s.n).gt(l.f(0.0)))
     }
     #[inline(always)]
     fn density<L: Lanes>(&self, l: L, wi: V3<L>) -> L::F {
-        let s = Surface::new(l, V3::splat(l, Vec3::ZERO), V3::splat(l, self.n), &self.material);
+        let s = Surface { p: V3::splat(l, Vec3::ZERO), n: V3::splat(l, self.n), material: &self.material };
         bsdf::evaluate(l, &s, V3::splat(l, self.wo), wi).pdf
     }
 }
@@ -90,7 +90,9 @@ impl Pair for WarpPair {
                 let [x, y] = warp::square_to_triangle(l, u);
                 V3 { x, y, z: l.f(0.0) }
             }
-            Self::VisibleNormal { wo, alpha } => warp::square_to_visible_normal(l, u, V3::splat(l, wo), l.f(alpha)),
+            Self::VisibleNormal { wo, alpha } => {
+                warp::square_to_visible_normal(l, u, V3::splat(l, wo), l.f(alpha)).normalize(l)
+            }
             Self::Square => V3 { x: u[0], y: u[1], z: l.f(0.0) },
         };
         (d, l.m(true))
@@ -104,7 +106,7 @@ impl Pair for WarpPair {
                 // 1 - cos^2 of the rim, and a little for rounding at it; up to the hemisphere.
                 let inside =
                     (d.x * d.x + d.y * d.y).le(l.f((h * (2.0 - h) * (1.0 + 1e-6)) as f32)) & d.z.ge(l.f(-1e-7));
-                inside.select(warp::cone_pdf(l, l.f(one_minus_cos)), l.f(0.0))
+                inside.select(warp::cone_pdf::<L>(l.f(1.0 / one_minus_cos)), l.f(0.0))
             }
             Self::Triangle => (d.x + d.y).le(l.f(1.0)).select(l.f(2.0), l.f(0.0)),
             Self::VisibleNormal { wo, alpha } => {

@@ -47,20 +47,22 @@ fn frames_are_orthonormal_and_right_handed() {
 #[test]
 fn cones_of_spheres_keep_their_precision() {
     for i in 0..=1600 {
-        let sin2 = 10f32.powf(-16.0 + i as f32 / 100.0).min(1.0);
-        let exact = f64::from(sin2) / (1.0 + (1.0 - f64::from(sin2)).sqrt());
-        let found = f64::from(warp::one_minus_cos_of_sphere(Single, sin2));
-        assert!((found / exact - 1.0).abs() < 3e-7, "sin^2 {sin2:e}: {found:e}, expected {exact:e}");
+        // (distance / radius)^2 = 1 / sin^2.
+        let x = 10f32.powf(16.0 - i as f32 / 100.0).max(1.0);
+        let sin2 = 1.0 / f64::from(x);
+        let exact = (1.0 + (1.0 - sin2).sqrt()) / sin2;
+        let found = f64::from(warp::inverse_one_minus_cos_of_sphere(Single, x));
+        assert!((found / exact - 1.0).abs() < 3e-7, "1 / sin^2 {x:e}: {found:e}, expected {exact:e}");
     }
 }
 
 /// Metal of width `alpha` at a slanted surface, and a viewer at this cosine.
-fn surface(bsdf: &Bsdf, cos: f64) -> (Surface<Single>, Vec3, Vec3) {
+fn surface(material: &Material, cos: f64) -> (Surface<'_, Single>, Vec3, Vec3) {
     let n = DVec3::new(-0.48, 0.64, 0.6);
     let f = frame(n);
     let wo = (f * DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)).as_vec3();
     let mirrored = (f * DVec3::new(-(1.0 - cos * cos).sqrt(), 0.0, cos)).as_vec3();
-    (Surface::new(Single, v3(Vec3::ZERO), v3(n.as_vec3()), &Material::new(bsdf)), wo, mirrored)
+    (Surface { p: v3(Vec3::ZERO), n: v3(n.as_vec3()), material }, wo, mirrored)
 }
 
 #[test]
@@ -69,7 +71,8 @@ fn mirrors_have_one_direction_and_no_density() {
     for _ in 0..3 {
         let bsdf = Bsdf::Conductor { reflectance: Reflectance::Constant(Vec3::splat(0.7)), alpha: below };
         for i in 1..=100 {
-            let (s, wo, mirrored) = surface(&bsdf, f64::from(i) / 100.0);
+            let material = Material::new(&bsdf);
+            let (s, wo, mirrored) = surface(&material, f64::from(i) / 100.0);
             let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
             sampler.start(Wrapping(i));
             let drawn = bsdf::sample(Single, &s, v3(wo), &sampler.draw(0));
@@ -98,7 +101,8 @@ fn fresnel_terms_are_the_textbook_ones() {
     for i in 1..=1000 {
         let cos = f64::from(i) / 1000.0;
         for (bsdf, etas) in [(&metal, etas), (&coat, Vec3::splat(1.5))] {
-            let (s, wo, _) = surface(bsdf, cos);
+            let material = Material::new(bsdf);
+            let (s, wo, _) = surface(&material, cos);
             let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
             sampler.start(Wrapping(i));
             let found = vec3(bsdf::sample(Single, &s, v3(wo), &sampler.draw(0)).dirac_f).as_dvec3();

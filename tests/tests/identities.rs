@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use mislab_renderer::{
     Bsdf, Channel, Frame, Heuristic, Layer, OneSampleWeights, Pace, Picture, Renderer, Request, SamplerKind,
-    SamplerSettings, Scene, Settings, State, Strategy, progressive,
+    SamplerSettings, Scene, Settings, State, Strategy,
 };
 use mislab_tests::experiment::{independent, render, render_on, veach};
 use mislab_tests::statistics::Family;

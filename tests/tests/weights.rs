@@ -51,7 +51,7 @@ impl Task for Directions<'_> {
             let random = sampler.draw(i);
             let p = jittered(l, self.view.p, &random);
             let n = sphere(l, random.get_2d(Dimension::Pixel));
-            let s = Surface::new(l, p, n, self.material);
+            let s = Surface { p, n, material: self.material };
             // A viewer above the surface: the normal and a direction across.
             let across = sphere(l, [random.get_1d(Dimension::Technique), random.get_1d(Dimension::Lobe)]);
             let wo = (n * l.f(1.001) + across).normalize(l);
@@ -60,14 +60,14 @@ impl Task for Directions<'_> {
                 1 => bsdf::sample(l, &s, wo, &random).wi,
                 _ => sphere(l, random.get_2d(Dimension::Bsdf)),
             };
-            let p_light = self.view.lights.look(l, p, wi, l.f(1e-5)).pdf;
+            let p_light = self.view.lights.look(l, p, wi, l.f(1e-5), false).pdf;
             let p_bsdf = bsdf::evaluate(l, &s, wo, wi).pdf;
             let c = random.get_1d(Dimension::LightChoice);
             for (a, b) in [(p_light, p_bsdf), (c * p_light, (l.f(1.0) - c) * p_bsdf)] {
                 let some = !(a.le(l.f(0.0)) & b.le(l.f(0.0)));
                 for heuristic in Heuristic::ALL {
-                    let w_a = mis::weight(l, heuristic, a, b, true);
-                    let w_b = mis::weight(l, heuristic, b, a, false);
+                    let w_a = mis::weight(l, heuristic, a, b, l.m(true));
+                    let w_b = mis::weight(l, heuristic, b, a, l.m(false));
                     let off = (w_a + w_b - 1.0).abs();
                     let sound = w_a.ge(l.f(0.0)) & w_b.ge(l.f(0.0)) & off.le(l.f(ULPS));
                     let bad = (some & !sound).bits();
