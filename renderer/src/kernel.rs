@@ -56,7 +56,10 @@ pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile:
     // By hand rather than by `dispatch!`, which would compile the kernel for two more levels that
     // no machine of the last ten years needs.
     match how {
-        #[cfg(target_arch = "x86_64")]
+        // `cargo mutants` alone sets this (tests/README.md): to compile one kernel of four for each mutant.
+        #[cfg(one_lane)]
+        Lanewise::Wide(_) => add_samples(Single, scene, settings, tile, count),
+        #[cfg(all(target_arch = "x86_64", not(one_lane)))]
         Lanewise::Wide(level) => {
             if let Some(simd) = level.as_avx512() {
                 simd.vectorize(
@@ -77,7 +80,7 @@ pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile:
                 add_samples(Single, scene, settings, tile, count)
             }
         }
-        #[cfg(not(target_arch = "x86_64"))]
+        #[cfg(not(any(target_arch = "x86_64", one_lane)))]
         Lanewise::Wide(level) => dispatch!(level, simd => add_samples(Wide(simd), scene, settings, tile, count)),
         Lanewise::Single => add_samples(Single, scene, settings, tile, count),
     }

@@ -198,7 +198,7 @@ fn solid_angle_of_sphere(distance: f64, radius: f64) -> f64 {
 
 /// Scattering of a surface: Lambert and GGX or mirror lobes.
 #[derive(Debug)]
-struct Lobes {
+pub struct Lobes {
     kd: DVec3,
     ks: DVec3,
     alpha: f64,
@@ -215,7 +215,8 @@ enum Fresnel {
 }
 
 impl Lobes {
-    fn new(material: Option<&scene::Bsdf>) -> Self {
+    /// Those of a material; without one, none.
+    pub fn new(material: Option<&scene::Bsdf>) -> Self {
         let none = Self { kd: DVec3::ZERO, ks: DVec3::ZERO, alpha: 1.0, fresnel: Fresnel::One, specular_prob: 0.0 };
         match material {
             None => none,
@@ -241,8 +242,19 @@ impl Lobes {
         }
     }
 
-    fn is_mirror(&self) -> bool {
+    /// True where the specular lobe is a delta.
+    pub fn is_mirror(&self) -> bool {
         self.specular_prob > 0.0 && self.alpha < MIRROR_ALPHA
+    }
+
+    /// What the delta of a mirror carries, per channel, at this cosine of incidence.
+    pub fn mirror(&self, cos: f64) -> DVec3 {
+        self.ks * self.fresnel(cos)
+    }
+
+    /// Probability that a BSDF sample is drawn from the specular lobe: 1, 0 or, with both, 1/2.
+    pub fn specular_prob(&self) -> f64 {
+        self.specular_prob
     }
 
     fn fresnel(&self, cos: f64) -> DVec3 {
@@ -257,8 +269,8 @@ impl Lobes {
         }
     }
 
-    /// BSDF times cosine, and the density of the BSDF technique; without a mirror's delta.
-    fn evaluate(&self, n: DVec3, wo: DVec3, wi: DVec3) -> (DVec3, f64) {
+    /// BSDF times cosine, and the density of the BSDF technique, per solid angle; without a mirror's delta.
+    pub fn evaluate(&self, n: DVec3, wo: DVec3, wi: DVec3) -> (DVec3, f64) {
         let (cos_o, cos_i) = (n.dot(wo), n.dot(wi));
         if cos_o <= 0.0 || cos_i <= 0.0 {
             return (DVec3::ZERO, 0.0);
@@ -428,6 +440,17 @@ impl Domain<FEATURES> for Chart<'_> {
 }
 
 impl World {
+    /// Lobes of the scene's material with this number; without one, none.
+    pub fn lobes(&self, material: Option<usize>) -> Lobes {
+        Lobes::new(material.map(|m| &self.materials[m]))
+    }
+
+    /// Distance to what a ray meets first, and the radiance that comes back; infinity and 0 if it meets nothing.
+    pub fn look(&self, origin: DVec3, dir: DVec3) -> (f64, DVec3) {
+        let t = self.nearest(origin, dir).map_or(f64::INFINITY, |hit| hit.t);
+        (t, self.radiance(origin, dir, None))
+    }
+
     /// Radiance that arrives at `p` from direction `wi`; if `from` is given, from that body only.
     fn radiance(&self, p: DVec3, wi: DVec3, from: Option<usize>) -> DVec3 {
         match self.nearest(p, wi) {
@@ -438,8 +461,8 @@ impl World {
         }
     }
 
-    /// Density of the light technique: the mean over all lights of each one's own.
-    fn p_light(&self, p: DVec3, wi: DVec3) -> f64 {
+    /// Density of the light technique, per solid angle: the mean over all lights of each one's own.
+    pub fn p_light(&self, p: DVec3, wi: DVec3) -> f64 {
         let of = |light: &Emitter| {
             // The triangles of a parallelogram share its draws equally.
             light.bodies.iter().map(|&b| self.bodies[b].pdf(p, wi)).sum::<f64>() / light.bodies.len() as f64
@@ -516,7 +539,7 @@ impl Point {
 }
 
 /// Weights of the light and of the BSDF technique, from what the heuristic sees of each.
-fn heuristic(kind: Heuristic, a: f64, b: f64) -> (f64, f64) {
+pub fn heuristic(kind: Heuristic, a: f64, b: f64) -> (f64, f64) {
     match kind {
         Heuristic::Balance => (a / (a + b), b / (a + b)),
         Heuristic::Power => (a * a / (a * a + b * b), b * b / (a * a + b * b)),

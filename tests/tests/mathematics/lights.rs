@@ -1,0 +1,291 @@
+//! Lights: what lies in a direction, its density, and where samples go.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec3, Vec3};
+use mislab_renderer::lanes::{Single, V3, Wrapping};
+use mislab_renderer::light::{Light, LightShape, Lights};
+use mislab_renderer::sampler::{Dimension, Numbers, Sampler};
+use mislab_tests::light_scenes::{View, facets, far_balls, many, mixtures, near_balls, random};
+use mislab_tests::pair::INDEPENDENT;
+
+fn v3(v: Vec3) -> V3<Single> {
+    V3::splat(Single, v)
+}
+
+fn d(v: V3<Single>) -> DVec3 {
+    DVec3::new(v.x.into(), v.y.into(), v.z.into())
+}
+
+fn numbers(i: u32) -> Numbers<Single> {
+    let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
+    sampler.start(Wrapping(0x11_9475));
+    sampler.draw(i)
+}
+
+/// The same scenes with a radiance for each light, so that they can be told apart.
+fn views() -> Vec<View> {
+    let mut views: Vec<View> = far_balls().into_iter().chain(near_balls()).chain(facets()).chain(mixtures()).collect();
+    views.extend((1..=12).map(many));
+    for view in &mut views {
+        let mut list = std::mem::take(&mut view.lights).list;
+        for (i, light) in list.iter_mut().enumerate() {
+            light.radiance = Vec3::new(1.0 + i as f32, 0.5, 100.0 - i as f32);
+        }
+        view.lights = Lights::new(list);
+    }
+    views
+}
+
+/// What one light is in one direction, in f64.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    /// Distance.
+    t: f64,
+    /// On the side that emits.
+    front: bool,
+    /// Density of sampling this light there, per solid angle.
+    density: f64,
+}
+
+/// Meets one light; the second number is how near the direction is to the light's rim, in radians or in shares of its
+/// size: what rounding may decide.
+fn meet(light: &Light, p: DVec3, dir: DVec3) -> (Option<Met>, f64) {
+    match light.shape {
+        LightShape::Ball(ball) => {
+            let (to, radius) = (ball.center.as_dvec3() - p, f64::from(ball.radius));
+            let along = to.dot(dir);
+            let half2 = radius * radius - (to - dir * along).length_squared();
+            let inside = to.length() < radius;
+            let margin = half2.abs() / (radius * radius);
+            // A tangent from the surface: whether it is met is anybody's guess.
+            let margin = if inside { 1.0 } else { margin.min(along.abs() / radius) };
+            if half2 < 0.0 || !inside && along <= 0.0 {
+                return (None, margin);
+            }
+            let sin2 = (radius / to.length()).powi(2).min(1.0);
+            let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
+            let density = if inside { 1.0 / (4.0 * PI) } else { 1.0 / (TAU * one_minus_cos) };
+            let t = if inside { along + half2.sqrt() } else { along - half2.sqrt() };
+            (Some(Met { t, front: inside == ball.inward, density }), margin)
+        }
+        LightShape::Facet(f) => {
+            let [p0, e1, e2] = [f.p0, f.e1, f.e2].map(Vec3::as_dvec3);
+            let normal = f.normal.as_dvec3();
+            let cross = e1.cross(e2);
+            let t = (p0 - p).dot(cross) / dir.dot(cross);
+            let q = p + dir * t - p0;
+            let u = q.cross(e2).dot(cross) / cross.length_squared();
+            let v = e1.cross(q).dot(cross) / cross.length_squared();
+            let rims = if f.quad { vec![u, v, 1.0 - u, 1.0 - v] } else { vec![u, v, 1.0 - u - v] };
+            let margin = rims.iter().fold(f64::INFINITY, |m, r| m.min(r.abs()));
+            if t <= 0.0 || rims.iter().any(|&r| r < 0.0) {
+                return (None, margin);
+            }
+            let area = cross.length() * if f.quad { 1.0 } else { 0.5 };
+            let cos = -normal.dot(dir);
+            (Some(Met { t, front: cos > 0.0, density: t * t / (cos.abs() * area) }), margin)
+        }
+    }
+}
+
+/// Directions at and around the lights, and everywhere.
+fn directions(view: &View, count: u32) -> Vec<Vec3> {
+    let any = |i: u32| {
+        let z = 1.0 - 2.0 * random(i, 0);
+        let (sin, cos) = (std::f32::consts::TAU * random(i, 1)).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        Vec3::new(r * cos, r * sin, z)
+    };
+    let at = |i: u32| {
+        let light = &view.lights.list[i as usize % view.lights.list.len()];
+        let to = match light.shape {
+            LightShape::Ball(b) => b.center + any(i) * (b.radius * 1.2 * random(i, 2)),
+            LightShape::Facet(f) => f.p0 + f.e1 * (1.2 * random(i, 2) - 0.1) + f.e2 * (1.2 * random(i, 3) - 0.1),
+        };
+        (to - view.p).normalize()
+    };
+    (0..count).map(|i| if i % 4 == 0 { any(i) } else { at(i) }).collect()
+}
+
+#[test]
+fn what_lies_in_a_direction() {
+    let (mut met, mut overlaps, mut backs, mut missed) = (0, 0, 0, 0);
+    for view in views() {
+        for dir in directions(&view, 600) {
+            let lights = &view.lights.list;
+            let (p, w) = (view.p.as_dvec3(), dir.as_dvec3().normalize());
+            let found: Vec<_> = lights.iter().map(|light| meet(light, p, w)).collect();
+            // Directions are rounded to 6e-8, and lights may be that small.
+            let size = |light: &Light| match light.shape {
+                LightShape::Ball(b) => f64::from(b.radius) / (b.center - view.p).length().max(1e-9) as f64,
+                LightShape::Facet(_) => 1.0,
+            };
+            if found.iter().zip(lights).any(|((_, margin), light)| *margin < 1e-5 + 1e-6 / size(light)) {
+                continue;
+            }
+            let hits: Vec<_> =
+                found.iter().zip(lights).filter_map(|((hit, _), light)| hit.map(|hit| (hit, light))).collect();
+            let pdf =
+                hits.iter().filter(|(hit, _)| hit.front).map(|(hit, _)| hit.density).sum::<f64>() / lights.len() as f64;
+            let nearest = hits.iter().min_by(|a, b| a.0.t.total_cmp(&b.0.t));
+            if hits.len() > 1 {
+                let mut t: Vec<f64> = hits.iter().map(|(hit, _)| hit.t).collect();
+                t.sort_by(f64::total_cmp);
+                if t[1] - t[0] < 1e-5 * t[1] {
+                    continue;
+                }
+            }
+            let radiance = match nearest {
+                Some((hit, light)) if hit.front => light.radiance,
+                _ => Vec3::ZERO,
+            };
+            let t = nearest.map_or(f64::INFINITY, |(hit, _)| hit.t);
+            met += usize::from(hits.len() == 1);
+            overlaps += usize::from(hits.len() > 1);
+            backs += hits.iter().filter(|(hit, _)| !hit.front).count();
+            missed += usize::from(hits.is_empty());
+            let what = || format!("{}, direction {dir}: {hits:?}", view.name);
+            for distances in [false, true] {
+                let sight = view.lights.look(Single, v3(view.p), v3(dir), 1e-6, distances);
+                let near = (f64::from(sight.pdf) - pdf).abs() <= 3e-5 * pdf;
+                assert!(near, "{}: density {}, expected {pdf}", what(), sight.pdf);
+                assert_eq!(d(sight.radiance), radiance.as_dvec3(), "{}, distances {distances}", what());
+                if distances {
+                    let found = f64::from(sight.t);
+                    assert!(found == t || (found - t).abs() < 1e-5 * t + 1e-6, "{}: {found}, expected {t}", what());
+                }
+            }
+        }
+    }
+    assert!(met > 5000 && overlaps > 300 && backs > 300 && missed > 1000, "{met}, {overlaps}, {backs}, {missed}");
+}
+
+/// From a light's own surface outwards nothing of it is met, and inwards only what lies beyond the least distance.
+#[test]
+fn rays_from_surfaces() {
+    for inward in [false, true] {
+        let ball = mislab_tests::light_scenes::ball(Vec3::ZERO, 2.0, inward);
+        let lights = Lights::new(vec![ball]);
+        let look = |p: Vec3, dir: Vec3, t_min: f32| lights.look(Single, v3(p), v3(dir), t_min, true);
+        // From just inside, the near side is behind and the far side ahead.
+        let p = Vec3::new(0.0, 0.0, 1.999);
+        for (dir, t) in [(Vec3::NEG_Z, 3.999f64), (Vec3::Z, 0.001), (Vec3::X, (4.0f64 - 1.999 * 1.999).sqrt())] {
+            let sight = look(p, dir, 1e-5);
+            assert!((f64::from(sight.t) - t).abs() < 1e-5, "inward {inward}, {dir}: {}, expected {t}", sight.t);
+            assert_eq!(sight.pdf > 0.0, inward, "{dir}");
+            assert_eq!(sight.radiance.x > 0.0, inward, "{dir}");
+        }
+        // A surface closer than the least distance is not met, from inside.
+        for (dir, t_min, met) in [
+            (Vec3::Z, 0.01, false),
+            (Vec3::NEG_Z, 3.9, true),
+            (Vec3::NEG_Z, 4.1, false),
+            (Vec3::X, 0.05, true),
+            (Vec3::X, 0.07, false),
+        ] {
+            let sight = look(p, dir, t_min);
+            assert_eq!(sight.t < 10.0, met, "inward {inward}, {dir}, least distance {t_min}: {}", sight.t);
+            assert_eq!(sight.pdf > 0.0, met && inward, "inward {inward}, {dir}, least distance {t_min}");
+        }
+        // From outside it has to lie ahead.
+        let p = Vec3::new(0.0, 0.0, 2.5);
+        let sight = look(p, Vec3::Z, 1e-5);
+        assert!(sight.t > 10.0 && sight.pdf == 0.0 && sight.radiance.x == 0.0, "behind");
+        let sight = look(p, Vec3::NEG_Z, 1e-5);
+        assert!((sight.t - 0.5).abs() < 1e-5 && (sight.pdf > 0.0) != inward, "ahead: {}", sight.t);
+    }
+    // A facet is met beyond the least distance only.
+    let lights = Lights::new(vec![mislab_tests::light_scenes::facet(
+        Vec3::new(-1.0, -1.0, 1.0),
+        Vec3::X * 3.0,
+        Vec3::Y * 3.0,
+        true,
+        true,
+    )]);
+    for (t_min, met) in [(0.99, true), (1.01, false)] {
+        let sight = lights.look(Single, v3(Vec3::ZERO), v3(Vec3::Z), t_min, true);
+        assert_eq!(sight.pdf > 0.0 && sight.t < 2.0 && sight.radiance.x > 0.0, met, "least distance {t_min}");
+    }
+}
+
+#[test]
+fn samples_go_where_their_numbers_say() {
+    for view in views() {
+        let lights = &view.lights.list;
+        let n = lights.len() as u32;
+        let p = view.p.as_dvec3();
+        for i in 0..300 {
+            let random = numbers(i);
+            let (wi, valid) = view.lights.sample(Single, v3(view.p), &random);
+            let (wi, u) = (d(wi), random.get_2d(Dimension::Light).map(f64::from));
+            // Each light with the same probability.
+            let choice = (f64::from(random.get_1d(Dimension::LightChoice)) * f64::from(n)) as usize;
+            let light = &lights[choice];
+            let what = || format!("{}, sample {i} of light {choice}, numbers {u:?}: {wi}, valid {valid}", view.name);
+            assert!((wi.length() - 1.0).abs() < 3e-7, "{}", what());
+            match light.shape {
+                LightShape::Ball(ball) => {
+                    let (to, radius) = (ball.center.as_dvec3() - p, f64::from(ball.radius));
+                    let inside = to.length() < radius;
+                    assert_eq!(valid, inside == ball.inward, "{}", what());
+                    // 1 - cos is uniform up to the rim of the cone, from inside up to 2.
+                    let sin2 = (radius / to.length()).powi(2).min(1.0);
+                    let rim = if inside { 2.0 } else { sin2 / (1.0 + (1.0 - sin2).sqrt()) };
+                    let axis = if to.length() > 0.0 { to.normalize() } else { DVec3::Z };
+                    let cos = axis.dot(wi);
+                    let one_minus_cos =
+                        if cos > 0.5 { axis.cross(wi).length_squared() / (1.0 + cos) } else { 1.0 - cos };
+                    // Unit vectors are 1e-7 apart, which is much in a small cone; so is the distance in radii, which is
+                    // much next to a sphere.
+                    let tolerance = 3e-5 + 1e-6 / rim.sqrt();
+                    assert!((one_minus_cos / rim - u[0]).abs() < tolerance, "{}: {}", what(), one_minus_cos / rim);
+                }
+                LightShape::Facet(f) => {
+                    let [p0, e1, e2] = [f.p0, f.e1, f.e2].map(Vec3::as_dvec3);
+                    let normal = f.normal.as_dvec3();
+                    assert_eq!(valid, normal.dot(p0 - p) < 0.0, "{}", what());
+                    let cross = e1.cross(e2);
+                    let q = p + wi * ((p0 - p).dot(cross) / wi.dot(cross)) - p0;
+                    let b = [q.cross(e2).dot(cross), e1.cross(q).dot(cross)].map(|b| b / cross.length_squared());
+                    let expected = if f.quad || u[0] + u[1] <= 1.0 { u } else { [1.0 - u[0], 1.0 - u[1]] };
+                    let tolerance = 1e-5 + 1e-6 * (p0 - p).length() / cross.length().sqrt();
+                    let off = (b[0] - expected[0]).abs().max((b[1] - expected[1]).abs());
+                    // Seen from aside a direction tells less about the point.
+                    let grazing = (wi.dot(cross) / cross.length()).abs();
+                    assert!(off * grazing < tolerance, "{}: {b:?}, expected {expected:?}", what());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn azimuths_around_spheres_are_uniform() {
+    // The frame around a light's axis is nobody's business, but directions have to go around it evenly.
+    for view in far_balls().into_iter().chain(near_balls()) {
+        let LightShape::Ball(ball) = view.lights.list[0].shape else { panic!("{}: a sphere", view.name) };
+        let to = (ball.center - view.p).as_dvec3();
+        let axis = if to.length() > 0.0 { to.normalize() } else { DVec3::Z };
+        let (t, b) = axis.any_orthonormal_pair();
+        let mut count = [0u32; 8];
+        for i in 0..800 {
+            let (wi, _) = view.lights.sample(Single, v3(view.p), &numbers(i));
+            let turn = d(wi).dot(b).atan2(d(wi).dot(t)) / TAU;
+            count[((turn + 1.0).fract() * 8.0) as usize % 8] += 1;
+        }
+        // Eight binomials of mean 100 and deviation 9.4.
+        assert!(count.iter().all(|c| (60..=140).contains(c)), "{}: {count:?}", view.name);
+    }
+}
+
+#[test]
+fn without_lights_nothing_is_sampled() {
+    let lights = Lights::new(Vec::new());
+    let (wi, valid) = lights.sample(Single, v3(Vec3::ZERO), &numbers(0));
+    assert!(!valid && d(wi).is_normalized());
+    for distances in [false, true] {
+        let sight = lights.look(Single, v3(Vec3::ZERO), v3(Vec3::Z), 1e-5, distances);
+        assert_eq!((sight.pdf, d(sight.radiance)), (0.0, DVec3::ZERO));
+    }
+}
