@@ -239,6 +239,11 @@ fn resolve_block(tile: &Tile, channel: Channel, block: usize, values: &mut [f32;
         Channel::VarianceY => {
             let sum = luminance([total(tile, block, 0), total(tile, block, 1), total(tile, block, 2)]);
             let squares = tile.luminance2(block);
+            // A single sample has none. (What rounding leaves of its square, over 0, would be infinite.)
+            if tile.samples < 2 {
+                *values = [f32::NAN; PACKET];
+                return;
+            }
             let mut variance = [0.0; PACKET];
             for i in 0..PACKET {
                 variance[i] = (squares[i] - sum[i] * sum[i] / spp).max(0.0) / (spp - 1.0);

@@ -1,1 +1,252 @@
+//! The film: what a frame shows is the sums in f64 of the samples that the estimator returns, pixel by pixel.
 
+use std::num::NonZeroU32;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use mislab_renderer::build::BuiltScene;
+use mislab_renderer::estimator::{Contribution, reflected_radiance};
+use mislab_renderer::kernel::Lanewise;
+use mislab_renderer::lanes::{Single, V3, Wrapping};
+use mislab_renderer::sampler::{Dimension, Sampler, pixel_keys};
+use mislab_renderer::{
+    Channel, Frame, Pace, Picture, Renderer, Request, SamplerKind, SamplerSettings, Scene, Settings, State, Strategy,
+    progressive,
+};
+use mislab_tests::experiment::veach;
+use mislab_tests::oracle::LUMINANCE;
+
+fn d(v: V3<Single>) -> DVec3 {
+    DVec3::new(v.x.into(), v.y.into(), v.z.into())
+}
+
+/// Sums over the valid samples of a pixel by one technique: contributions, weights, and how many carried light.
+#[derive(Clone, Copy, Debug, Default)]
+struct Technique {
+    value: DVec3,
+    weight: f64,
+    count: f64,
+}
+
+impl Technique {
+    fn add(&mut self, part: &Contribution<Single>) {
+        if part.carries {
+            self.value += d(part.value);
+            self.weight += f64::from(part.weight);
+            self.count += 1.0;
+        }
+    }
+}
+
+/// Everything that a frame is worked out from.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    light: Technique,
+    bsdf: Technique,
+    emitted: DVec3,
+    squares: f64,
+    invalid: u64,
+}
+
+/// Adds up the first `spp` samples of a pixel, one after the other.
+fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> Sums {
+    let mut sampler = Sampler::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
+    sampler.start(pixel_keys(Single, settings.seed, Wrapping(x), Wrapping(y)));
+    let corner = [x / 8 * 8, y / 8 * 8];
+    let near = scene.patches.candidates(&scene.camera, corner, corner.map(|c| c + 8));
+    let mut sums = Sums::default();
+    for index in 0..spp {
+        let random = sampler.draw(index);
+        let [jx, jy] = random.get_2d(Dimension::Pixel);
+        let dir = scene.camera.direction(Single, x as f32 + jx, y as f32 + jy);
+        let hit = scene.camera_hit(Single, dir, &near);
+        let reflected = hit
+            .surface
+            .then(|| scene.surface(Single, hit.id.0, hit.p, dir))
+            .flatten()
+            .map(|surface| reflected_radiance(Single, scene, settings, &surface, -dir, &random, &near));
+        let parts = reflected.map_or(DVec3::ZERO, |r| d(r.light.value) + d(r.bsdf.value));
+        let y = LUMINANCE.dot(parts + d(hit.emitted));
+        // What cannot be squared in single precision is left out.
+        if y.is_nan() || y * y > f64::from(f32::MAX) {
+            sums.invalid += 1;
+            continue;
+        }
+        if let Some(reflected) = reflected {
+            sums.light.add(&reflected.light);
+            sums.bsdf.add(&reflected.bsdf);
+        }
+        sums.emitted += d(hit.emitted);
+        sums.squares += y * y;
+    }
+    sums
+}
+
+fn render(scene: &Scene, settings: &Settings) -> Arc<Frame> {
+    let request = Request { scene: Arc::new(scene.clone()), settings: settings.clone() };
+    progressive::render_with(&request, 1, Lanewise::Single, &mut |_| true).expect("the request can be rendered")
+}
+
+/// Compares every channel of every pixel; returns how many samples carried light by either technique and how many
+/// pixels show a light.
+fn check(scene: &Scene, settings: &Settings, frame: &Frame) -> [f64; 3] {
+    let built = BuiltScene::new(scene, settings).expect("the scene can be built");
+    let bounds = frame.bounds();
+    let spp = frame.spp();
+    let n = f64::from(spp);
+    let planes: Vec<(Channel, Vec<f32>)> = Channel::ALL.iter().map(|&c| (c, frame.channel(c))).collect();
+    let (mut invalid, mut seen) = (0, [0.0; 3]);
+    for i in 0..bounds.area() {
+        let at = [bounds.min[0] + i as u32 % bounds.width(), bounds.min[1] + i as u32 / bounds.width()];
+        let Sums { light, bsdf, emitted, squares, invalid: left_out } = sums(&built, settings, at, spp);
+        invalid += left_out;
+        seen[0] += light.count;
+        seen[1] += bsdf.count;
+        seen[2] += f64::from(u8::from(emitted != DVec3::ZERO));
+        let total = light.value + bsdf.value + emitted;
+        let y = LUMINANCE.dot(total);
+        let share = LUMINANCE.dot(light.value) / LUMINANCE.dot(light.value + bsdf.value);
+        for (channel, plane) in &planes {
+            let found = plane[i];
+            if *channel == Channel::VarianceY && squares > f64::from(f32::MAX) {
+                // Each of the squares is a number, their sum in single precision is none.
+                continue;
+            }
+            // The value and the scale of its rounding.
+            let (expected, scale) = match channel {
+                Channel::R => (total.x / n, total.x / n),
+                Channel::G => (total.y / n, total.y / n),
+                Channel::B => (total.z / n, total.z / n),
+                Channel::LightR => (light.value.x / n, light.value.x / n),
+                Channel::LightG => (light.value.y / n, light.value.y / n),
+                Channel::LightB => (light.value.z / n, light.value.z / n),
+                Channel::BsdfR => (bsdf.value.x / n, bsdf.value.x / n),
+                Channel::BsdfG => (bsdf.value.y / n, bsdf.value.y / n),
+                Channel::BsdfB => (bsdf.value.z / n, bsdf.value.z / n),
+                Channel::WeightLightY => (light.weight / light.count, 1.0),
+                Channel::WeightBsdfY => (bsdf.weight / bsdf.count, 1.0),
+                Channel::ShareLightY => (share, 1.0),
+                Channel::VarianceY => ((squares - y * y / n) / (n - 1.0), squares / (n - 1.0)),
+            };
+            let off = (f64::from(found) - expected).abs();
+            let right = found.is_nan() && expected.is_nan() || off <= 3e-7 * scale;
+            let name = channel.exr_name();
+            assert!(right, "{settings:?}, pixel {at:?}, {name}: {found}, expected {expected}");
+            // The pixel asked for alone.
+            let alone = frame.pixel(at[0], at[1], *channel).expect("the pixel is in the frame");
+            assert_eq!(alone.to_bits(), found.to_bits(), "{settings:?}, pixel {at:?}, {name}");
+        }
+    }
+    assert_eq!(frame.stats().invalid_samples, invalid, "{settings:?}: invalid samples");
+    seen
+}
+
+fn settings(strategy: Strategy, spp: u32, resolution: [u32; 2]) -> Settings {
+    let sampler = SamplerSettings { kind: SamplerKind::Stratified, strata: [2, 3], jitter: true };
+    Settings { strategy, sampler, spp: NonZeroU32::new(spp), seed: 11, resolution, ..Settings::default() }
+}
+
+#[test]
+fn frames_show_the_sums_of_their_samples() {
+    let mut seen = [0.0; 3];
+    for strategy in Strategy::ALL {
+        for (spp, resolution, crop) in [
+            // Sides that no block or tile divides; one pixel; windows that begin inside blocks and tiles.
+            (5, [61, 43], [0.0, 1.0, 0.0, 1.0]),
+            (1, [1, 1], [0.0, 1.0, 0.0, 1.0]),
+            (2, [3, 9], [0.0, 1.0, 0.0, 1.0]),
+            (1, [1650, 18], [0.0, 1.0, 0.0, 1.0]),
+            (2, [1650, 30], [0.47, 0.53, 0.4, 0.9]),
+            (3, [77, 130], [0.1, 0.37, 0.21, 0.83]),
+        ] {
+            let settings = Settings { crop, ..settings(strategy, spp, resolution) };
+            let scene = veach();
+            let counts = check(&scene, &settings, &render(&scene, &settings));
+            for (seen, count) in seen.iter_mut().zip(counts) {
+                *seen += count;
+            }
+        }
+    }
+    assert!(seen[0] > 30_000.0 && seen[1] > 2000.0 && seen[2] > 500.0, "{seen:?}");
+}
+
+#[test]
+fn sums_keep_their_precision() {
+    // Lights seen through the pixels, plates and wall; a plain sum would be off by 1e-5.
+    let scene = veach();
+    let mut pictures = 0;
+    for (strategy, crop) in [(Strategy::MisAll, [0.3, 0.43, 0.18, 0.3]), (Strategy::Mis, [0.15, 0.31, 0.6, 0.75])] {
+        let settings = Settings { crop, ..settings(strategy, 5000, [16, 16]) };
+        let counts = check(&scene, &settings, &render(&scene, &settings));
+        assert!(counts[0] > 5000.0 && counts[1] > 500.0, "{counts:?}");
+        pictures += usize::from(counts[2] > 0.0);
+    }
+    assert!(pictures > 0, "some pixel shows a light");
+}
+
+#[test]
+fn samples_that_are_no_numbers_are_counted_and_left_out() {
+    // Squares of luminances beyond 1.8e19 overflow: here they are samples of some surfaces, and the lights themselves.
+    let mut scene = veach();
+    for shape in &mut scene.shapes {
+        if let Some(light) = &mut shape.light {
+            light.radiance *= 3e18;
+        }
+    }
+    for strategy in Strategy::ALL {
+        let settings = settings(strategy, 6, [40, 30]);
+        let frame = render(&scene, &settings);
+        let samples = 6 * 40 * 30;
+        let invalid = frame.stats().invalid_samples;
+        assert!(invalid > 20 && invalid < samples / 2, "{}: {invalid} of {samples}", strategy.name());
+        check(&scene, &settings, &frame);
+    }
+}
+
+fn wait(picture: &Picture, spp: u32, state: State) -> Arc<Frame> {
+    let start = Instant::now();
+    loop {
+        let status = picture.status();
+        assert!(status.error.is_none() && status.worker_panics == 0, "{status:?}");
+        if status.state == state && status.spp == spp {
+            return picture.latest().expect("there is a frame");
+        }
+        assert!(start.elapsed() < Duration::from_secs(10), "{spp} samples were never reached: {status:?}");
+        std::thread::sleep(Duration::from_micros(200));
+    }
+}
+
+/// Frames are kept while their picture goes on, and their memory is used again when they are let go.
+#[test]
+fn frames_stay_what_they_were() {
+    let renderer = Renderer::with_lanes(1, Lanewise::Single, || {});
+    let picture = renderer.add_picture();
+    let scene = veach();
+    picture.set_pace(Pace::Paused);
+    for (strategy, resolution) in [
+        (Strategy::MisAll, [31, 20]),
+        (Strategy::Light, [31, 20]),
+        (Strategy::Mis, [31, 20]),
+        (Strategy::Bsdf, [31, 20]),
+        (Strategy::Bsdf, [33, 21]),
+        (Strategy::MisAll, [33, 21]),
+    ] {
+        let settings = settings(strategy, 1000, resolution);
+        picture.submit(Request { scene: Arc::new(scene.clone()), settings: settings.clone() });
+        let mut frames = Vec::new();
+        for pass in 1..=4 {
+            frames.push(wait(&picture, pass, State::Paused));
+            picture.step();
+        }
+        drop(frames.remove(1));
+        wait(&picture, 5, State::Paused);
+        for pass in 6..=8 {
+            picture.step();
+            frames.push(wait(&picture, pass, State::Paused));
+        }
+        for frame in &frames {
+            check(&scene, &settings, frame);
+        }
+    }
+}
