@@ -58,7 +58,7 @@ pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile:
     match how {
         // `cargo mutants` alone sets this (tests/README.md): to compile one kernel of four for each mutant.
         #[cfg(one_lane)]
-        Lanewise::Wide(_) => add_samples(Single, scene, settings, tile, count),
+        Lanewise::Wide(_) | Lanewise::Single => add_samples(Single, scene, settings, tile, count),
         #[cfg(all(target_arch = "x86_64", not(one_lane)))]
         Lanewise::Wide(level) => {
             if let Some(simd) = level.as_avx512() {
@@ -82,6 +82,7 @@ pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile:
         }
         #[cfg(not(any(target_arch = "x86_64", one_lane)))]
         Lanewise::Wide(level) => dispatch!(level, simd => add_samples(Wide(simd), scene, settings, tile, count)),
+        #[cfg(not(one_lane))]
         Lanewise::Single => add_samples(Single, scene, settings, tile, count),
     }
 }

@@ -6,16 +6,14 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use mislab_renderer::bsdf;
 use mislab_renderer::build::BuiltScene;
-use mislab_renderer::estimator::{Contribution, Reflected, reflected_radiance};
-use mislab_renderer::lanes::{Single, V3, Wrapping};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::estimator::{Contribution, Reflected};
+use mislab_renderer::lanes::{Single, V3};
+use mislab_renderer::sampler::{Dimension, Numbers, Sampler};
 use mislab_renderer::{Bsdf, Geometry, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
 use mislab_tests::experiment::{independent, veach};
 use mislab_tests::oracle::{Lobes, World, heuristic};
 
-fn d(v: V3<Single>) -> DVec3 {
-    DVec3::new(v.x.into(), v.y.into(), v.z.into())
-}
+use crate::once::{self, d};
 
 /// Side of the pictures, in pixels.
 const SIDE: u32 = 24;
@@ -230,7 +228,7 @@ fn check(
             continue;
         }
         let direction = if by_light {
-            let (wi, valid) = scene.lights.sample(Single, surface.p, random);
+            let (wi, valid) = once::sample_light(&scene.lights, surface.p, random);
             if !valid {
                 assert_part(found, NOTHING, || format!("{}, failed", technique()));
                 tally.nothing += 1;
@@ -238,7 +236,7 @@ fn check(
             }
             place.smooth(d(wi))
         } else {
-            let drawn = bsdf::sample(Single, surface, wo, random);
+            let drawn = once::sample(surface, wo, random);
             tally.mirrored += usize::from(drawn.dirac);
             if drawn.dirac { place.mirrored() } else { place.smooth(d(drawn.wi)) }
         };
@@ -272,7 +270,7 @@ fn every_contribution_is_weight_times_integrand_over_density() {
             let corner = [x / 8 * 8, y / 8 * 8];
             let near =
                 lists.each_ref().map(|scene| scene.patches.candidates(&scene.camera, corner, corner.map(|c| c + 8)));
-            let hit = built.camera_hit(Single, dir, &near[0]);
+            let hit = once::camera_hit(&built, dir, &near[0]);
             if !hit.surface {
                 continue;
             }
@@ -293,10 +291,10 @@ fn every_contribution_is_weight_times_integrand_over_density() {
             };
             for (i, settings) in settings.iter().enumerate() {
                 let mut sampler = Sampler::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
-                sampler.start(pixel_keys(Single, i as u32, Wrapping(x), Wrapping(y)));
-                let random = sampler.draw(0);
+                sampler.start(once::key(i as u32, x, y));
+                let random = once::draw(&mut sampler, 0);
                 let scene = &lists[i % 2];
-                let found = reflected_radiance(Single, scene, settings, &surface, wo, &random, &near[i % 2]);
+                let found = once::reflected(scene, settings, &surface, wo, &random, &near[i % 2]);
                 let what = || format!("{name}, pixel {x}, {y}, {settings:?}");
                 check(scene, settings, &surface, wo, &random, &place, &found, &mut tally, &what);
                 total += 1;

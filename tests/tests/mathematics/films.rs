@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use mislab_renderer::build::BuiltScene;
-use mislab_renderer::estimator::{Contribution, reflected_radiance};
+use mislab_renderer::estimator::Contribution;
 use mislab_renderer::kernel::Lanewise;
-use mislab_renderer::lanes::{Single, V3, Wrapping};
-use mislab_renderer::sampler::{Dimension, Sampler, pixel_keys};
+use mislab_renderer::lanes::Single;
+use mislab_renderer::sampler::{Dimension, Sampler};
 use mislab_renderer::{
     Channel, Frame, Pace, Picture, Renderer, Request, SamplerKind, SamplerSettings, Scene, Settings, State, Strategy,
     progressive,
@@ -17,9 +17,7 @@ use mislab_renderer::{
 use mislab_tests::experiment::veach;
 use mislab_tests::oracle::LUMINANCE;
 
-fn d(v: V3<Single>) -> DVec3 {
-    DVec3::new(v.x.into(), v.y.into(), v.z.into())
-}
+use crate::once::{self, d};
 
 /// Sums over the valid samples of a pixel by one technique: contributions, weights, and how many carried light.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,20 +50,20 @@ struct Sums {
 /// Adds up the first `spp` samples of a pixel, one after the other.
 fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> Sums {
     let mut sampler = Sampler::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
-    sampler.start(pixel_keys(Single, settings.seed, Wrapping(x), Wrapping(y)));
+    sampler.start(once::key(settings.seed, x, y));
     let corner = [x / 8 * 8, y / 8 * 8];
     let near = scene.patches.candidates(&scene.camera, corner, corner.map(|c| c + 8));
     let mut sums = Sums::default();
     for index in 0..spp {
-        let random = sampler.draw(index);
+        let random = once::draw(&mut sampler, index);
         let [jx, jy] = random.get_2d(Dimension::Pixel);
         let dir = scene.camera.direction(Single, x as f32 + jx, y as f32 + jy);
-        let hit = scene.camera_hit(Single, dir, &near);
+        let hit = once::camera_hit(scene, dir, &near);
         let reflected = hit
             .surface
             .then(|| scene.surface(Single, hit.id.0, hit.p, dir))
             .flatten()
-            .map(|surface| reflected_radiance(Single, scene, settings, &surface, -dir, &random, &near));
+            .map(|surface| once::reflected(scene, settings, &surface, -dir, &random, &near));
         let parts = reflected.map_or(DVec3::ZERO, |r| d(r.light.value) + d(r.bsdf.value));
         let y = LUMINANCE.dot(parts + d(hit.emitted));
         // What cannot be squared in single precision is left out.

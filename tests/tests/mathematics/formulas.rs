@@ -3,17 +3,13 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::bsdf::{self, Material, Surface};
-use mislab_renderer::lanes::{Single, V3, Wrapping};
-use mislab_renderer::sampler::{Dimension, Sampler};
+use mislab_renderer::bsdf::{Material, Surface};
+use mislab_renderer::lanes::{Single, V3};
 use mislab_renderer::{Bsdf, Reflectance, warp};
 use mislab_tests::charts::frame;
 use mislab_tests::light_scenes::random;
-use mislab_tests::pair::INDEPENDENT;
 
-fn v3(v: Vec3) -> V3<Single> {
-    V3::splat(Single, v)
-}
+use crate::once::{self, splat};
 
 fn vec3(v: V3<Single>) -> Vec3 {
     Vec3::new(v.x, v.y, v.z)
@@ -37,7 +33,7 @@ fn frames_are_orthonormal_and_right_handed() {
     let some = (0..100_000).map(|i| (Vec3::new(random(i, 0), random(i, 1), random(i, 2)) - 0.5).normalize());
     let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::new(1e-4, -1e-4, -1.0)];
     for n in some.chain(axes) {
-        let (t, b) = warp::frame(Single, v3(n));
+        let (t, b) = warp::frame(Single, splat(n));
         let (t, b) = (vec3(t), vec3(b));
         let off = (t.cross(b) - n).length().max((t.length() - 1.0).abs()).max((b.length() - 1.0).abs());
         assert!(off < 1e-6 && t.dot(b).abs() < 1e-6, "n = {n}: {t} and {b}");
@@ -62,7 +58,7 @@ fn surface(material: &Material, cos: f64) -> (Surface<'_, Single>, Vec3, Vec3) {
     let f = frame(n);
     let wo = (f * DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)).as_vec3();
     let mirrored = (f * DVec3::new(-(1.0 - cos * cos).sqrt(), 0.0, cos)).as_vec3();
-    (Surface { p: v3(Vec3::ZERO), n: v3(n.as_vec3()), material }, wo, mirrored)
+    (Surface { p: splat(Vec3::ZERO), n: splat(n.as_vec3()), material }, wo, mirrored)
 }
 
 #[test]
@@ -73,13 +69,11 @@ fn mirrors_have_one_direction_and_no_density() {
         for i in 1..=100 {
             let material = Material::new(&bsdf);
             let (s, wo, mirrored) = surface(&material, f64::from(i) / 100.0);
-            let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
-            sampler.start(Wrapping(i));
-            let drawn = bsdf::sample(Single, &s, v3(wo), &sampler.draw(0));
+            let drawn = once::sample(&s, splat(wo), &once::numbers(i, 0));
             assert!(drawn.dirac && drawn.dirac_pmf == 1.0, "alpha {below}: a mirror");
             assert!((vec3(drawn.wi) - mirrored).length() < 3e-7, "{}, expected {mirrored}", vec3(drawn.wi));
             assert_eq!(vec3(drawn.dirac_f), Vec3::splat(0.7));
-            let value = bsdf::evaluate(Single, &s, v3(wo), drawn.wi);
+            let value = once::evaluate(&s, splat(wo), drawn.wi);
             assert_eq!((value.pdf, vec3(value.f_cos)), (0.0, Vec3::ZERO), "alpha {below}");
         }
         below /= 10.0;
@@ -103,9 +97,7 @@ fn fresnel_terms_are_the_textbook_ones() {
         for (bsdf, etas) in [(&metal, etas), (&coat, Vec3::splat(1.5))] {
             let material = Material::new(bsdf);
             let (s, wo, _) = surface(&material, cos);
-            let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
-            sampler.start(Wrapping(i));
-            let found = vec3(bsdf::sample(Single, &s, v3(wo), &sampler.draw(0)).dirac_f).as_dvec3();
+            let found = vec3(once::sample(&s, splat(wo), &once::numbers(i, 0)).dirac_f).as_dvec3();
             for k in 0..3 {
                 let expected = reflectance(cos, etas[k].into());
                 assert!(

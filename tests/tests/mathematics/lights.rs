@@ -3,24 +3,15 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::lanes::{Single, V3, Wrapping};
+use mislab_renderer::lanes::Single;
 use mislab_renderer::light::{Light, LightShape, Lights};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler};
+use mislab_renderer::sampler::{Dimension, Numbers};
 use mislab_tests::light_scenes::{View, facets, far_balls, many, mixtures, near_balls, random};
-use mislab_tests::pair::INDEPENDENT;
 
-fn v3(v: Vec3) -> V3<Single> {
-    V3::splat(Single, v)
-}
-
-fn d(v: V3<Single>) -> DVec3 {
-    DVec3::new(v.x.into(), v.y.into(), v.z.into())
-}
+use crate::once::{self, d, splat};
 
 fn numbers(i: u32) -> Numbers<Single> {
-    let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
-    sampler.start(Wrapping(0x11_9475));
-    sampler.draw(i)
+    once::numbers(0x11_9475, i)
 }
 
 /// The same scenes with a radiance for each light, so that they can be told apart.
@@ -147,7 +138,7 @@ fn what_lies_in_a_direction() {
             missed += usize::from(hits.is_empty());
             let what = || format!("{}, direction {dir}: {hits:?}", view.name);
             for distances in [false, true] {
-                let sight = view.lights.look(Single, v3(view.p), v3(dir), 1e-6, distances);
+                let sight = once::look(&view.lights, splat(view.p), splat(dir), 1e-6, distances);
                 let near = (f64::from(sight.pdf) - pdf).abs() <= 3e-5 * pdf;
                 assert!(near, "{}: density {}, expected {pdf}", what(), sight.pdf);
                 assert_eq!(d(sight.radiance), radiance.as_dvec3(), "{}, distances {distances}", what());
@@ -167,7 +158,7 @@ fn rays_from_surfaces() {
     for inward in [false, true] {
         let ball = mislab_tests::light_scenes::ball(Vec3::ZERO, 2.0, inward);
         let lights = Lights::new(vec![ball]);
-        let look = |p: Vec3, dir: Vec3, t_min: f32| lights.look(Single, v3(p), v3(dir), t_min, true);
+        let look = |p: Vec3, dir: Vec3, t_min: f32| once::look(&lights, splat(p), splat(dir), t_min, true);
         // From just inside, the near side is behind and the far side ahead.
         let p = Vec3::new(0.0, 0.0, 1.999);
         for (dir, t) in [(Vec3::NEG_Z, 3.999f64), (Vec3::Z, 0.001), (Vec3::X, (4.0f64 - 1.999 * 1.999).sqrt())] {
@@ -204,7 +195,7 @@ fn rays_from_surfaces() {
         true,
     )]);
     for (t_min, met) in [(0.99, true), (1.01, false)] {
-        let sight = lights.look(Single, v3(Vec3::ZERO), v3(Vec3::Z), t_min, true);
+        let sight = once::look(&lights, splat(Vec3::ZERO), splat(Vec3::Z), t_min, true);
         assert_eq!(sight.pdf > 0.0 && sight.t < 2.0 && sight.radiance.x > 0.0, met, "least distance {t_min}");
     }
 }
@@ -217,7 +208,7 @@ fn samples_go_where_their_numbers_say() {
         let p = view.p.as_dvec3();
         for i in 0..300 {
             let random = numbers(i);
-            let (wi, valid) = view.lights.sample(Single, v3(view.p), &random);
+            let (wi, valid) = once::sample_light(&view.lights, splat(view.p), &random);
             let (wi, u) = (d(wi), random.get_2d(Dimension::Light).map(f64::from));
             // Each light with the same probability.
             let choice = (f64::from(random.get_1d(Dimension::LightChoice)) * f64::from(n)) as usize;
@@ -270,7 +261,7 @@ fn azimuths_around_spheres_are_uniform() {
         let (t, b) = axis.any_orthonormal_pair();
         let mut count = [0u32; 8];
         for i in 0..800 {
-            let (wi, _) = view.lights.sample(Single, v3(view.p), &numbers(i));
+            let (wi, _) = once::sample_light(&view.lights, splat(view.p), &numbers(i));
             let turn = d(wi).dot(b).atan2(d(wi).dot(t)) / TAU;
             count[((turn + 1.0).fract() * 8.0) as usize % 8] += 1;
         }
@@ -282,10 +273,10 @@ fn azimuths_around_spheres_are_uniform() {
 #[test]
 fn without_lights_nothing_is_sampled() {
     let lights = Lights::new(Vec::new());
-    let (wi, valid) = lights.sample(Single, v3(Vec3::ZERO), &numbers(0));
+    let (wi, valid) = lights.sample(Single, splat(Vec3::ZERO), &numbers(0));
     assert!(!valid && d(wi).is_normalized());
     for distances in [false, true] {
-        let sight = lights.look(Single, v3(Vec3::ZERO), v3(Vec3::Z), 1e-5, distances);
+        let sight = once::look(&lights, splat(Vec3::ZERO), splat(Vec3::Z), 1e-5, distances);
         assert_eq!((sight.pdf, d(sight.radiance)), (0.0, DVec3::ZERO));
     }
 }

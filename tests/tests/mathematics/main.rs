@@ -10,5 +10,6 @@ mod formulas;
 mod heuristics;
 mod lights;
 mod numbers;
+mod once;
 mod surfaces;
 mod warps;

@@ -3,24 +3,16 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::bsdf::{self, Material, Surface};
-use mislab_renderer::lanes::{Single, V3, Wrapping};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler};
+use mislab_renderer::bsdf::{Material, Surface};
+use mislab_renderer::lanes::Single;
+use mislab_renderer::sampler::{Dimension, Numbers};
 use mislab_renderer::{Bsdf, Reflectance, warp};
 use mislab_tests::charts::frame;
 use mislab_tests::light_scenes::random;
 use mislab_tests::oracle::Lobes;
-use mislab_tests::pair::INDEPENDENT;
 
+use crate::once::{self, d, v3};
 use crate::warps::origin_of_visible_normal;
-
-fn v3(v: DVec3) -> V3<Single> {
-    V3::splat(Single, v.as_vec3())
-}
-
-fn d(v: V3<Single>) -> DVec3 {
-    DVec3::new(v.x.into(), v.y.into(), v.z.into())
-}
 
 fn gold() -> Reflectance {
     Reflectance::Fresnel { eta: Vec3::new(0.14, 0.37, 1.44), k: Vec3::new(3.98, 2.39, 1.6) }
@@ -56,9 +48,7 @@ fn direction(cos: f64, turn: f64) -> DVec3 {
 }
 
 fn numbers(i: u32) -> Numbers<Single> {
-    let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
-    sampler.start(Wrapping(0x5eed));
-    sampler.draw(i)
+    once::numbers(0x5eed, i)
 }
 
 #[test]
@@ -102,7 +92,7 @@ fn bsdfs_and_densities_are_the_textbook_ones() {
                 if n.dot(wi).abs() < 1e-3 {
                     continue;
                 }
-                let found = bsdf::evaluate(Single, &s, v3(wo), v3(wi));
+                let found = once::evaluate(&s, v3(wo), v3(wi));
                 let (f_cos, pdf) = lobes.evaluate(n, wo, wi);
                 // The half vector is rounded to 1e-7, which is that much over alpha of the lobe's width.
                 let tolerance = 2e-5 + 1e-6 / f64::from(alpha).max(1e-3);
@@ -133,7 +123,7 @@ fn nothing_comes_from_below() {
                 let r = |k| f64::from(random(i, k));
                 let (above, below) = (direction(0.01 + 0.99 * r(0), r(1)), direction(-0.01 - 0.99 * r(2), r(3)));
                 for (wo, wi) in [(above, below), (below, above), (below, -above)] {
-                    let found = bsdf::evaluate(Single, &s, v3(wo), v3(wi));
+                    let found = once::evaluate(&s, v3(wo), v3(wi));
                     assert_eq!((found.pdf, d(found.f_cos)), (0.0, DVec3::ZERO), "{bsdf:?}, wo {wo}, wi {wi}");
                 }
             }
@@ -157,7 +147,7 @@ fn samples_are_those_of_their_lobe() {
             for i in 0..COUNT {
                 let wo = direction(0.03 + 0.97 * f64::from(random(i, 0)), f64::from(random(i, 1)));
                 let random = numbers(i);
-                let drawn = bsdf::sample(Single, &s, v3(wo), &random);
+                let drawn = once::sample(&s, v3(wo), &random);
                 let u = random.get_2d(Dimension::Bsdf).map(f64::from);
                 let local = |w: DVec3| DVec3::new(d(t).dot(w), d(b).dot(w), NORMAL.dot(w));
                 let (wi, wo) = (local(d(drawn.wi)), local(wo));
@@ -211,7 +201,7 @@ fn metals_reflect_as_complex_numbers_say() {
         for i in 1..=200 {
             let cos = f64::from(i) / 200.0;
             let wo = direction(cos, 0.3);
-            let found = d(bsdf::sample(Single, &s, v3(wo), &numbers(i)).dirac_f);
+            let found = d(once::sample(&s, v3(wo), &numbers(i)).dirac_f);
             let expected = lobes.mirror(cos);
             assert!((found - expected).abs().max_element() < 3e-5, "{bsdf:?}, cos {cos}: {found}, expected {expected}");
         }
@@ -250,7 +240,7 @@ fn metals_that_reflect_nearly_all_reflect_all() {
             let bsdf = Bsdf::Conductor { reflectance: Reflectance::Fresnel { eta: etas, k: ks }, alpha: 0.0 };
             let material = Material::new(&bsdf);
             let s = Surface { p: v3(DVec3::ZERO), n: v3(NORMAL), material: &material };
-            let found = d(bsdf::sample(Single, &s, v3(direction(cos, 0.3)), &numbers(0)).dirac_f);
+            let found = d(once::sample(&s, v3(direction(cos, 0.3)), &numbers(0)).dirac_f);
             assert_eq!(found == DVec3::ONE, k >= 1e4 && lost < 1e-6, "eta {eta}, k {k}, {lost:e} lost: {found}");
         }
     }

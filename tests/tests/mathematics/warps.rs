@@ -7,9 +7,7 @@ use glam::DVec3;
 use mislab_renderer::lanes::{Single, V3};
 use mislab_renderer::warp;
 
-fn d(v: V3<Single>) -> DVec3 {
-    DVec3::new(v.x.into(), v.y.into(), v.z.into())
-}
+use crate::once::d;
 
 /// Points of the unit square, corners and edges among them.
 fn square() -> impl Iterator<Item = [f32; 2]> {
