@@ -14,3 +14,4 @@ pub mod oracle;
 pub mod pair;
 pub mod quadrature;
 pub mod statistics;
+pub mod two_lanes;

@@ -16,12 +16,12 @@ use mislab_tests::oracle::{Lobes, World, heuristic};
 use crate::once::{self, d};
 
 /// Side of the pictures, in pixels.
-const SIDE: u32 = 24;
+pub const SIDE: u32 = 24;
 
 /// The default scene, plastic under coloured lights, and rectangles and a triangle as lights, with a metal and mirrors.
-fn scenes() -> Vec<(&'static str, Scene)> {
+pub fn scenes() -> Vec<(&'static str, Scene)> {
     let mut plastic = mislab_renderer::pbrt::embedded_plastic_scene().scene;
-    let colours = [Vec3::new(1.0, 0.2, 0.1), Vec3::ONE, Vec3::new(0.1, 1.5, 0.3), Vec3::new(0.0, 0.0, 1.0)];
+    let colours = [Vec3::X, Vec3::ONE, Vec3::new(0.1, 1.5, 0.3), Vec3::new(0.0, 0.0, 1.0)];
     for (i, shape) in plastic.light_shapes().collect::<Vec<_>>().into_iter().enumerate() {
         if let Some(light) = &mut plastic.shapes[shape].light {
             light.radiance *= colours[i % 4];
@@ -62,7 +62,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 }
 
 /// Every strategy with every heuristic and kind of weights, and with c at both ends.
-fn all_settings() -> Vec<Settings> {
+pub fn all_settings() -> Vec<Settings> {
     let base = independent(1, 3, [SIDE, SIDE]);
     let mut all = Vec::new();
     for strategy in Strategy::ALL {

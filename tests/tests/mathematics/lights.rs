@@ -1,13 +1,19 @@
 //! Lights: what lies in a direction, its density, and where samples go.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use mislab_renderer::build::BuiltScene;
 use mislab_renderer::lanes::Single;
 use mislab_renderer::light::{Light, LightShape, Lights};
 use mislab_renderer::sampler::{Dimension, Numbers};
+use mislab_renderer::{Geometry, Scene};
+use mislab_tests::experiment::{independent, veach};
 use mislab_tests::light_scenes::{View, facets, far_balls, many, mixtures, near_balls, random};
+use mislab_tests::oracle::World;
 
+use crate::estimator::scenes;
 use crate::once::{self, d, splat};
 
 fn numbers(i: u32) -> Numbers<Single> {
@@ -278,5 +284,85 @@ fn without_lights_nothing_is_sampled() {
     for distances in [false, true] {
         let sight = once::look(&lights, splat(Vec3::ZERO), splat(Vec3::Z), 1e-5, distances);
         assert_eq!((sight.pdf, d(sight.radiance)), (0.0, DVec3::ZERO));
+    }
+}
+
+/// The default scene with so many lights in sight, every third of them a triangle or rectangle; without `facets`, spheres.
+fn crowd(count: usize, facets: bool) -> Scene {
+    let mut scene = veach();
+    let shapes: Vec<usize> = scene.light_shapes().collect();
+    let model = scene.shapes[shapes[0]].clone();
+    scene.shapes.retain(|shape| shape.light.is_none());
+    for i in 0..count {
+        let r = |k| random(i as u32, k);
+        let at = Vec3::new(8.0 * r(0) - 4.0, 5.0 * r(1) - 2.5, 3.0 * r(2));
+        let mut shape = model.clone();
+        shape.reverse_orientation = i % 5 == 4;
+        if facets && i % 3 == 0 {
+            let [e1, e2] = [Vec3::new(0.9, 0.3 * r(3), 0.2 * r(4)), Vec3::new(-0.2 * r(5), 0.8, 0.3 * r(6))];
+            let quad = i % 2 == 0;
+            let mut positions = vec![at, at + e1, at + e1 + e2, at + e2];
+            // Corners that sum exactly are one light.
+            for p in &mut positions {
+                *p = (*p * 256.0).round() / 256.0;
+            }
+            positions[2] = positions[1] + (positions[3] - positions[0]);
+            let triangles = if quad { vec![[0, 1, 2], [0, 2, 3]] } else { vec![[0, 1, 3]] };
+            shape.geometry = Geometry::Mesh { positions: Arc::new(positions), triangles: Arc::new(triangles) };
+        } else {
+            shape.geometry = Geometry::Sphere { center: at, radius: 0.1 + 0.4 * r(3) };
+        }
+        if let Some(light) = &mut shape.light {
+            light.radiance = Vec3::new(1.0 + i as f32, 0.0, 100.0 - i as f32);
+        }
+        scene.shapes.push(shape);
+    }
+    scene
+}
+
+#[test]
+fn lights_seen_directly() {
+    const SIDE: u32 = 48;
+    let settings = independent(1, 1, [SIDE, SIDE]);
+    let mut all = scenes();
+    // As many as a list can hold, and more.
+    all.extend([
+        ("32 spheres", crowd(32, false)),
+        ("32 lights", crowd(32, true)),
+        ("33 lights", crowd(33, true)),
+        ("50 lights", crowd(50, true)),
+    ]);
+    for (name, scene) in all {
+        let world = World::new(&scene);
+        let built = BuiltScene::new(&scene, &settings).expect("the scene can be built");
+        let eye = built.camera.origin.as_dvec3();
+        let (mut lit, mut skipped) = (0, 0);
+        for pixel in 0..SIDE * SIDE {
+            let [x, y] = [pixel % SIDE, pixel / SIDE];
+            let corner = [x / 8 * 8, y / 8 * 8];
+            let dir = built.camera.direction(Single, x as f32 + 0.5, y as f32 + 0.5);
+            let w = d(dir).normalize();
+            let (t, radiance) = world.look(eye, w);
+            let (a, b) = w.any_orthonormal_pair();
+            let edge = [a, -a, b, -b].iter().any(|off| world.look(eye, (w + *off * 3e-6).normalize()).1 != radiance);
+            if edge {
+                skipped += 1;
+                continue;
+            }
+            let near = built.patches.candidates(&built.camera, corner, corner.map(|c| c + 8));
+            let hit = once::camera_hit(&built, dir, &near);
+            let what =
+                || format!("{name}, pixel {x}, {y}: {} at {}, expected {radiance} at {t}", d(hit.emitted), d(hit.p));
+            assert_eq!(d(hit.emitted), radiance, "{}", what());
+            assert_eq!(hit.emits, radiance != DVec3::ZERO, "{}", what());
+            if hit.emits {
+                assert!((d(hit.p) - (eye + w * t)).length() < 1e-4, "{}", what());
+                lit += 1;
+            }
+        }
+        assert!(
+            (lit > 5 || name == "no lights") && skipped < 20,
+            "{name}: {lit} pixels show a light, {skipped} skipped"
+        );
     }
 }

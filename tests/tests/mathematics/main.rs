@@ -12,4 +12,5 @@ mod lights;
 mod numbers;
 mod once;
 mod surfaces;
+mod twins;
 mod warps;

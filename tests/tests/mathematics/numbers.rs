@@ -327,7 +327,7 @@ fn strata_come_in_random_order() {
         ([1, 5], 1, 3, 0.2),
         ([2, 4], 0, 7, 0.2),
     ] {
-        let settings = stratified(strata, true);
+        let settings = stratified(strata, false);
         let n = strata[0] * strata[1];
         let trials = 60_000;
         let mut pairs = vec![0u32; (n * n) as usize];

@@ -1,0 +1,132 @@
+//! Two lanes at a time give what each of them gives alone, to the bit: masks and shortcuts ("if any lane ...") let no
+//! lane see another.
+
+use mislab_renderer::bsdf::Surface;
+use mislab_renderer::build::BuiltScene;
+use mislab_renderer::estimator::{Contribution, Reflected, reflected_radiance};
+use mislab_renderer::lanes::{Lanes, Mask, Real, Single, V3};
+use mislab_renderer::patch::Candidates;
+use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::{SamplerKind, SamplerSettings, Settings};
+use mislab_tests::two_lanes::{Floats, Integers, Truths, Two};
+
+use crate::estimator::{SIDE, all_settings, scenes};
+use crate::once;
+
+/// Bits of a vector in one lane.
+fn vector<L: Lanes>(v: V3<L>, lane: usize) -> [u32; 3] {
+    [v.x, v.y, v.z].map(|x| x.lane(lane).to_bits())
+}
+
+/// Bits of everything in one lane.
+fn contribution<L: Lanes>(c: &Contribution<L>, lane: usize) -> ([u32; 3], u32, bool) {
+    (vector(c.value, lane), c.weight.lane(lane).to_bits(), c.carries.bits() >> lane & 1 == 1)
+}
+
+fn bits<L: Lanes>(r: &Reflected<L>, lane: usize) -> [([u32; 3], u32, bool); 2] {
+    [contribution(&r.light, lane), contribution(&r.bsdf, lane)]
+}
+
+#[inline(never)]
+fn draw(settings: &Settings, keys: Integers, index: u32) -> Numbers<Two> {
+    let mut sampler = Sampler::new(Two, &settings.sampler, [true; Dimension::ALL.len()]);
+    sampler.start(keys);
+    sampler.draw(index)
+}
+
+#[inline(never)]
+fn reflected(
+    scene: &BuiltScene,
+    settings: &Settings,
+    s: &Surface<'_, Two>,
+    wo: V3<Two>,
+    random: &Numbers<Two>,
+    near: &Candidates,
+) -> Reflected<Two> {
+    reflected_radiance(Two, scene, settings, s, wo, random, near)
+}
+
+#[test]
+fn samples_of_two_pixels() {
+    let all = all_settings();
+    let mut mixed = [0; 4];
+    let mut pairs = 0;
+    for (name, scene) in scenes() {
+        let built = BuiltScene::new(&scene, &all[0]).expect("the scene can be built");
+        for pixel in (0..SIDE * SIDE).step_by(2) {
+            let [x, y] = [pixel % SIDE, pixel / SIDE];
+            let corner = [x / 8 * 8, y / 8 * 8];
+            let near = built.patches.candidates(&built.camera, corner, corner.map(|c| c + 8));
+            let x2 = Floats([x as f32 + 0.5, x as f32 + 1.5]);
+            let dir = built.camera.direction(Two, x2, Floats([y as f32 + 0.5; 2]));
+            let hit = built.camera_hit(Two, dir, &near);
+            let each = [0, 1].map(|lane| {
+                let dir = built.camera.direction(Single, x2.0[lane], y as f32 + 0.5);
+                (dir, once::camera_hit(&built, dir, &near))
+            });
+            for (lane, (_, one)) in each.iter().enumerate() {
+                let found = (hit.surface.0[lane], hit.emits.0[lane], vector(hit.emitted, lane));
+                let what = format!("{name}, pixel {x} + {lane}, {y}");
+                assert_eq!(found, (one.surface, one.emits, vector(one.emitted, 0)), "{what}");
+                if one.surface {
+                    assert_eq!((hit.id.0[lane], vector(hit.p, lane)), (one.id.0, vector(one.p, 0)), "{what}");
+                }
+            }
+            if !hit.surface.all() || hit.id.0[0] != hit.id.0[1] {
+                continue;
+            }
+            let Some(surface) = built.surface(Two, hit.id.0[0], hit.p, dir) else { continue };
+            for (i, settings) in all.iter().enumerate() {
+                // Samplers in turn.
+                let kind = SamplerKind::ALL[i % 3];
+                let sampler = SamplerSettings { kind, strata: [2, 3], jitter: true };
+                let settings = &Settings { sampler, ..settings.clone() };
+                let keys = [once::key(i as u32, x, y), once::key(i as u32, x + 1, y)];
+                let wide = pixel_keys(Two, i as u32, Integers([x, x + 1]), Integers([y; 2]));
+                assert_eq!(wide.0, keys.map(|key| key.0), "keys");
+                let random = draw(settings, wide, pixel);
+                let found = reflected(&built, settings, &surface, -dir, &random, &near);
+                let alone = [0, 1].map(|lane| {
+                    let (dir, hit) = &each[lane];
+                    let surface = built.surface(Single, hit.id.0, hit.p, *dir).expect("the surface scatters");
+                    let mut sampler = Sampler::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
+                    sampler.start(keys[lane]);
+                    let random = once::draw(&mut sampler, pixel);
+                    once::reflected(&built, settings, &surface, -*dir, &random, &near)
+                });
+                for (lane, alone) in alone.iter().enumerate() {
+                    let what = || format!("{name}, pixel {x} + {lane}, {y}, {settings:?}");
+                    assert_eq!(bits(&found, lane), bits(alone, 0), "{}", what());
+                }
+                // All four ways of carrying light must come up.
+                let [a, b] = alone.map(|r| r.light.carries || r.bsdf.carries);
+                mixed[usize::from(a) + 2 * usize::from(b)] += 1;
+                pairs += 1;
+            }
+        }
+    }
+    assert!(pairs > 20_000 && mixed.iter().all(|&count| count > 1000), "{pairs} pairs: {mixed:?}");
+}
+
+/// Selecting between two samples takes every part of either from the same one.
+#[test]
+fn samples_are_selected_as_a_whole() {
+    let part = |x: f32, carries: [bool; 2]| Contribution::<Two> {
+        value: V3 { x: Floats([x, x + 1.0]), y: Floats([x + 2.0, x + 3.0]), z: Floats([x + 4.0, x + 5.0]) },
+        weight: Floats([x + 6.0, x + 7.0]),
+        carries: Truths(carries),
+    };
+    for i in 0..64u32 {
+        let bit = |k: u32| i >> k & 1 == 1;
+        let a = Reflected { light: part(10.0, [bit(0), bit(1)]), bsdf: part(20.0, [bit(1), bit(2)]) };
+        let b = Reflected { light: part(30.0, [bit(2), bit(3)]), bsdf: part(40.0, [bit(3), bit(0)]) };
+        let mask = [bit(4), bit(5)];
+        let selected = Reflected::select(Truths(mask), &a, &b);
+        for lane in 0..2 {
+            let expected = if mask[lane] { &a } else { &b };
+            assert_eq!(bits(&selected, lane), bits(expected, lane), "{mask:?}, lane {lane}");
+        }
+    }
+    let nothing = Reflected::nothing(Two);
+    assert_eq!(bits(&nothing, 1), [([0; 3], 0, false); 2]);
+}
