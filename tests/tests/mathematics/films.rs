@@ -248,3 +248,44 @@ fn frames_stay_what_they_were() {
         }
     }
 }
+
+/// A picture of many passes, each of them copied from one buffer to another since somebody keeps the frame.
+#[test]
+fn copies_keep_their_precision() {
+    let renderer = Renderer::with_lanes(1, Lanewise::Single, || {});
+    let picture = renderer.add_picture();
+    let scene = veach();
+    let settings = settings(Strategy::MisAll, 1000, [11, 7]);
+    picture.set_pace(Pace::Paused);
+    picture.submit(Request { scene: Arc::new(scene.clone()), settings: settings.clone() });
+    let mut kept = wait(&picture, 1, State::Paused);
+    for pass in 2..=600 {
+        picture.step();
+        let frame = wait(&picture, pass, State::Paused);
+        // The one before the last is let go, and its memory used again.
+        kept = frame;
+    }
+    check(&scene, &settings, &kept);
+}
+
+/// What a buffer held before is forgotten, its rounding errors too: those of a picture a hundred million times as bright
+/// would show.
+#[test]
+fn buffers_forget() {
+    let renderer = Renderer::with_lanes(1, Lanewise::Single, || {});
+    let picture = renderer.add_picture();
+    let dark = veach();
+    let mut bright = veach();
+    for shape in &mut bright.shapes {
+        if let Some(light) = &mut shape.light {
+            light.radiance *= 1e8;
+        }
+    }
+    for strategy in Strategy::ALL {
+        for (scene, spp) in [(&bright, 40), (&dark, 3), (&bright, 40), (&dark, 1), (&bright, 5), (&dark, 2)] {
+            let settings = settings(strategy, spp, [21, 17]);
+            picture.submit(Request { scene: Arc::new(scene.clone()), settings: settings.clone() });
+            check(scene, &settings, &wait(&picture, spp, State::Finished));
+        }
+    }
+}

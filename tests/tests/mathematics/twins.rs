@@ -4,10 +4,11 @@
 use mislab_renderer::bsdf::Surface;
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::estimator::{Contribution, Reflected, reflected_radiance};
+use mislab_renderer::film::{Sample, Tile};
 use mislab_renderer::lanes::{Lanes, Mask, Real, Single, V3};
 use mislab_renderer::patch::Candidates;
 use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
-use mislab_renderer::{SamplerKind, SamplerSettings, Settings};
+use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Settings, Strategy};
 use mislab_tests::two_lanes::{Floats, Integers, Truths, Two};
 
 use crate::estimator::{SIDE, all_settings, scenes};
@@ -129,4 +130,34 @@ fn samples_are_selected_as_a_whole() {
     }
     let nothing = Reflected::nothing(Two);
     assert_eq!(bits(&nothing, 1), [([0; 3], 0, false); 2]);
+}
+
+/// Each lane is valid or not for itself.
+#[test]
+fn invalid_samples_are_counted_lane_by_lane() {
+    let part = |x: [f32; 2]| Contribution::<Two> {
+        value: V3 { x: Floats(x), y: Floats(x), z: Floats(x) },
+        weight: Floats([1.0; 2]),
+        carries: Truths([true; 2]),
+    };
+    let emitted = V3::all(Floats([0.5; 2]));
+    for bare in [false, true] {
+        for strategy in Strategy::ALL {
+            let mut tile = Tile::new(PixelRect { min: [0, 0], max: [4, 4] }, strategy, None);
+            tile.bare = bare;
+            for (index, [a, b]) in
+                [[1.0, 2.0], [f32::NAN, 1.0], [1.0, f32::INFINITY], [1e30, f32::NAN]].into_iter().enumerate()
+            {
+                let reflected = Reflected { light: part([a, b]), bsdf: part([b, a]) };
+                let sample = Sample { reflected, emitted, emits: Truths([true; 2]) };
+                // The sum of the techniques is what counts.
+                let expected = if index == 0 { 0 } else { 2 };
+                assert_eq!(tile.add(Two, (0, 2), index as u32, &sample), expected, "{a} and {b}");
+                let reflected = Reflected { light: part([a, b]), bsdf: part([0.0; 2]) };
+                let sample = Sample { reflected, emitted, emits: Truths([false; 2]) };
+                let expected = [0, 1, 1, 2][index];
+                assert_eq!(tile.add(Two, (0, 4), index as u32, &sample), expected, "{a} and {b}");
+            }
+        }
+    }
 }
