@@ -10,7 +10,7 @@ use mislab_renderer::light::{Light, LightShape, Lights};
 use mislab_renderer::sampler::{Dimension, Numbers};
 use mislab_renderer::{Geometry, Scene};
 use mislab_tests::experiment::{independent, veach};
-use mislab_tests::light_scenes::{View, facets, far_balls, many, mixtures, near_balls, random};
+use mislab_tests::light_scenes::{ASLANT, View, ball, facets, far_balls, many, mixtures, near_balls, random};
 use mislab_tests::oracle::World;
 
 use crate::estimator::scenes;
@@ -24,6 +24,11 @@ fn numbers(i: u32) -> Numbers<Single> {
 fn views() -> Vec<View> {
     let mut views: Vec<View> = far_balls().into_iter().chain(near_balls()).chain(facets()).chain(mixtures()).collect();
     views.extend((1..=12).map(many));
+    // Three in a row, in any order of the list.
+    for [a, b, c] in [[2.0, 4.0, 7.0], [4.0, 2.0, 7.0], [7.0, 4.0, 2.0], [2.0, 7.0, 4.0]] {
+        let balls = [a, b, c].map(|distance| ball(ASLANT * distance, 0.1 * distance, false));
+        views.push(View::new("three spheres in a row", Vec3::ZERO, balls.to_vec()));
+    }
     for view in &mut views {
         let mut list = std::mem::take(&mut view.lights).list;
         for (i, light) in list.iter_mut().enumerate() {
@@ -162,8 +167,8 @@ fn what_lies_in_a_direction() {
 #[test]
 fn rays_from_surfaces() {
     for inward in [false, true] {
-        let ball = mislab_tests::light_scenes::ball(Vec3::ZERO, 2.0, inward);
-        let lights = Lights::new(vec![ball]);
+        let sphere = ball(Vec3::ZERO, 2.0, inward);
+        let lights = Lights::new(vec![sphere]);
         let look = |p: Vec3, dir: Vec3, t_min: f32| once::look(&lights, splat(p), splat(dir), t_min, true);
         // From just inside, the near side is behind and the far side ahead.
         let p = Vec3::new(0.0, 0.0, 1.999);
