@@ -1,5 +1,6 @@
 //! The film: what a frame shows is the sums in f64 of the samples that the estimator returns, pixel by pixel.
 
+use std::collections::HashMap;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -7,12 +8,13 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::estimator::Contribution;
+use mislab_renderer::film::Tile;
 use mislab_renderer::kernel::Lanewise;
 use mislab_renderer::lanes::Single;
 use mislab_renderer::sampler::{Dimension, Sampler};
 use mislab_renderer::{
-    Channel, Frame, Pace, Picture, Renderer, Request, SamplerKind, SamplerSettings, Scene, Settings, State, Strategy,
-    progressive,
+    Channel, Frame, Pace, Picture, PixelRect, Renderer, Request, SamplerKind, SamplerSettings, Scene, Settings, State,
+    Strategy, progressive,
 };
 use mislab_tests::experiment::veach;
 use mislab_tests::oracle::LUMINANCE;
@@ -143,6 +145,37 @@ fn check(scene: &Scene, settings: &Settings, frame: &Frame) -> [f64; 3] {
 fn settings(strategy: Strategy, spp: u32, resolution: [u32; 2]) -> Settings {
     let sampler = SamplerSettings { kind: SamplerKind::Stratified, strata: [2, 3], jitter: true };
     Settings { strategy, sampler, spp: NonZeroU32::new(spp), seed: 11, resolution, ..Settings::default() }
+}
+
+/// Tiles hold each pixel once, and lie on one grid, so that a crop window computes the same packets.
+#[test]
+fn tiles_cover_a_picture() {
+    for (min, max) in [
+        ([0, 0], [1, 1]),
+        ([0, 0], [800, 8]),
+        ([0, 0], [1600, 24]),
+        ([3, 5], [801, 17]),
+        ([799, 7], [800, 8]),
+        ([800, 8], [2401, 9]),
+        ([1234, 56], [2345, 78]),
+    ] {
+        let tiles = Tile::cut(PixelRect { min, max });
+        let mut count = HashMap::new();
+        for tile in &tiles {
+            assert!(tile.area() > 0, "{min:?} to {max:?}: {tile:?} is empty");
+            let cell = |[x, y]: [u32; 2]| [x / Tile::SIZE[0], y / Tile::SIZE[1]];
+            assert_eq!(cell(tile.min), cell(tile.max.map(|edge| edge - 1)), "{tile:?} lies across the grid");
+            for y in tile.min[1]..tile.max[1] {
+                for x in tile.min[0]..tile.max[0] {
+                    *count.entry([x, y]).or_insert(0) += 1;
+                }
+            }
+        }
+        let pixels = (max[0] - min[0]) * (max[1] - min[1]);
+        let inside = count.keys().all(|p| (0..2).all(|axis| (min[axis]..max[axis]).contains(&p[axis])));
+        let once = count.values().all(|&count| count == 1);
+        assert!(count.len() == pixels as usize && inside && once, "{min:?} to {max:?}: {tiles:?}");
+    }
 }
 
 #[test]

@@ -120,7 +120,7 @@ fn what_lies_in_a_direction() {
             let found: Vec<_> = lights.iter().map(|light| meet(light, p, w)).collect();
             // Directions are rounded to 6e-8, and lights may be that small.
             let size = |light: &Light| match light.shape {
-                LightShape::Ball(b) => f64::from(b.radius) / (b.center - view.p).length().max(1e-9) as f64,
+                LightShape::Ball(b) => f64::from(b.radius) / f64::from((b.center - view.p).length().max(1e-9)),
                 LightShape::Facet(_) => 1.0,
             };
             if found.iter().zip(lights).any(|((_, margin), light)| *margin < 1e-5 + 1e-6 / size(light)) {
