@@ -137,15 +137,17 @@ fn numbers_are_fractions_of_24_bits() {
 
 #[test]
 fn pixels_have_keys_of_their_own() {
-    let mut keys = HashSet::new();
-    let mut count = 0;
-    for x in (0..500).chain(65_036..65_536) {
-        for y in (0..120).chain(65_416..65_536) {
-            keys.insert(once::key(77, x, y).0);
-            count += 1;
+    for seed in [0, 1, 2, 77, u32::MAX] {
+        let mut keys = HashSet::new();
+        let mut count = 0;
+        for x in (0..400).chain(65_136..65_536) {
+            for y in (0..100).chain(65_436..65_536) {
+                keys.insert(once::key(seed, x, y).0);
+                count += 1;
+            }
         }
+        assert_eq!(keys.len(), count, "seed {seed}: pixels with the same key");
     }
-    assert_eq!(keys.len(), count, "pixels with the same key");
     let seeds: HashSet<u32> = (0..100_000).map(|seed| once::key(seed, 3, 4).0).collect();
     // Random 32-bit numbers: 1.2 pairs are expected to agree, 10 once in a million times.
     assert!(seeds.len() > 100_000 - 10, "{} keys of 100 000 seeds", seeds.len());
@@ -175,6 +177,54 @@ fn every_bit_of_a_key_depends_on_every_bit_of_its_pixel() {
                 assert!(z.abs() < limit, "bit {bit} of word {word} flips bit {k} in {flips} of {TRIALS} trials");
             }
         }
+    }
+}
+
+/// Each bit of a pixel's key, and of the index, flips each bit of an independent number half of the time.
+#[test]
+fn every_bit_of_a_number_depends_on_every_bit_of_its_key() {
+    const TRIALS: u32 = 2000;
+    let number = |[key, index]: [u32; 2]| {
+        let numbers = once::numbers(key, index);
+        (numbers.get_1d(Dimension::Lobe) * 16_777_216.0) as u32
+    };
+    let random = |i: u32, k: u32| (mislab_tests::light_scenes::random(i, k) * 65_536.0) as u32;
+    let limit = z_limit(64 * 24);
+    for word in 0..2 {
+        for bit in 0..32 {
+            let mut flips = [0u32; 24];
+            for i in 0..TRIALS {
+                let from = [random(i, 0) << 16 | random(i, 1), random(i, 2) << 16 | random(i, 3)];
+                let mut to = from;
+                to[word] ^= 1 << bit;
+                let changed = number(from) ^ number(to);
+                for (k, flips) in flips.iter_mut().enumerate() {
+                    *flips += changed >> k & 1;
+                }
+            }
+            for (k, flips) in flips.into_iter().enumerate() {
+                let z = (f64::from(flips) - f64::from(TRIALS) / 2.0) / (f64::from(TRIALS) / 4.0).sqrt();
+                assert!(z.abs() < limit, "bit {bit} of word {word} flips bit {k} in {flips} of {TRIALS} trials");
+            }
+        }
+    }
+}
+
+/// Numbers of one pixel agree as often as chance wants: the counters below them are all different.
+#[test]
+fn numbers_of_a_pixel_seldom_agree() {
+    const COUNT: u32 = 1 << 15;
+    let mut sampler = at(&INDEPENDENT, 4, 4);
+    let mut seen = [(); 9].map(|()| HashSet::new());
+    for index in 0..COUNT {
+        for (seen, u) in seen.iter_mut().zip(each(&once::draw(&mut sampler, index))) {
+            seen.insert(u.to_bits());
+        }
+    }
+    for (seen, name) in seen.iter().zip(NAMES) {
+        // Of 24 random bits: 32 are expected, with a deviation of 5.7.
+        let again = COUNT as usize - seen.len();
+        assert!((5..60).contains(&again), "{name}: {again} of {COUNT} numbers came before");
     }
 }
 
