@@ -213,18 +213,24 @@ fn every_bit_of_a_number_depends_on_every_bit_of_its_key() {
 /// Numbers of one pixel agree as often as chance wants: the counters below them are all different.
 #[test]
 fn numbers_of_a_pixel_seldom_agree() {
-    const COUNT: u32 = 1 << 15;
+    const COUNT: u32 = 1 << 20;
+    let numbers = f64::from(1 << 24);
     let mut sampler = at(&INDEPENDENT, 4, 4);
-    let mut seen = [(); 9].map(|()| HashSet::new());
+    let mut seen = [(); 9].map(|()| vec![false; 1 << 24]);
+    let mut again = [0u32; 9];
     for index in 0..COUNT {
-        for (seen, u) in seen.iter_mut().zip(each(&once::draw(&mut sampler, index))) {
-            seen.insert(u.to_bits());
+        for (k, u) in each(&once::draw(&mut sampler, index)).into_iter().enumerate() {
+            let place = &mut seen[k][(u * numbers) as usize];
+            again[k] += u32::from(*place);
+            *place = true;
         }
     }
-    for (seen, name) in seen.iter().zip(NAMES) {
-        // Of 24 random bits: 32 are expected, with a deviation of 5.7.
-        let again = COUNT as usize - seen.len();
-        assert!((5..60).contains(&again), "{name}: {again} of {COUNT} numbers came before");
+    let count = f64::from(COUNT);
+    let expected = count - numbers * (1.0 - (-count / numbers).exp());
+    for (again, name) in again.into_iter().zip(NAMES) {
+        // About Poisson.
+        let z = (f64::from(again) - expected) / expected.sqrt();
+        assert!(z.abs() < z_limit(9), "{name}: {again} of {COUNT} numbers came before, expected {expected}");
     }
 }
 
