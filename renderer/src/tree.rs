@@ -57,10 +57,16 @@ const BALL_NUMBERS: usize = 4;
 /// Half of what a ray's passage through a box is widened by at either end: four roundings.
 const WIDER: f32 = 4.0 * f32::EPSILON;
 
-/// What a child is.
-const INNER: u8 = 0;
-/// Added to the number of primitives: they are balls.
-const BALLS: u8 = 0x80;
+/// What a child is: a node, or a leaf of facets or of balls, the lowest bits being one less than their number.
+const INNER: u8 = 0x80;
+/// See [`INNER`].
+const BALLS: u8 = 0x40;
+
+/// Numbers that a leaf is read from: its own, and what lanes beyond the last primitive fall on.
+const WINDOW: usize = LEAF * FACET_NUMBERS + PACKET;
+
+/// The only child of the first node (see [`child_key`]): where all walks start.
+const ROOT: u64 = 0;
 
 /// Sixteen children.
 #[derive(Clone)]
@@ -70,7 +76,7 @@ struct Node {
     planes: [[f32; FAN]; 6],
     /// Number of the child's node or of its first primitive.
     first: [u32; FAN],
-    /// [`INNER`], or how many primitives there are.
+    /// [`INNER`] and so on.
     kind: [u8; FAN],
 }
 
@@ -256,11 +262,16 @@ impl Tree {
         let binary = Binary::new(&boxes, facets.len());
 
         let mut tree =
-            Self { nodes: vec![Node::EMPTY], facets: Vec::new(), balls: Vec::new(), first_ball: facets.len() as u32 };
-        tree.facets.reserve_exact(facets.len() * FACET_NUMBERS + PACKET);
-        tree.balls.reserve_exact(balls.len() * BALL_NUMBERS + PACKET);
+            Self { nodes: vec![Node::EMPTY, Node::EMPTY], facets: Vec::new(), balls: Vec::new(), first_ball: facets.len() as u32 };
+        tree.facets.reserve_exact(facets.len() * FACET_NUMBERS + WINDOW);
+        tree.balls.reserve_exact(balls.len() * BALL_NUMBERS + WINDOW);
         let (mut facet_order, mut ball_order) = (Vec::new(), Vec::new());
-        let mut todo = vec![(0, binary.part(0), 1)];
+        tree.nodes[0].first[0] = 1;
+        for axis in 0..3 {
+            tree.nodes[0].planes[axis][0] = f32::NEG_INFINITY;
+            tree.nodes[0].planes[axis + 3][0] = f32::INFINITY;
+        }
+        let mut todo = vec![(1, binary.part(0), 1)];
         while let Some((at, part, level)) = todo.pop() {
             let follow = level < CLUSTERED;
             let part = Part { node: part.node.filter(|_| follow), ..part };
@@ -281,7 +292,7 @@ impl Tree {
                     }
                     Some(false) => {
                         tree.nodes[at].first[i] = facet_order.len() as u32;
-                        tree.nodes[at].kind[i] = ids.len() as u8;
+                        tree.nodes[at].kind[i] = (ids.len() - 1) as u8;
                         facet_order.extend(ids.iter().map(|&id| facets[id as usize]));
                         let leaf = &facet_order[facet_order.len() - ids.len()..];
                         for number in 0..FACET_NUMBERS {
@@ -290,7 +301,7 @@ impl Tree {
                     }
                     Some(true) => {
                         tree.nodes[at].first[i] = ball_order.len() as u32;
-                        tree.nodes[at].kind[i] = BALLS + ids.len() as u8;
+                        tree.nodes[at].kind[i] = BALLS + (ids.len() - 1) as u8;
                         ball_order.extend(ids.iter().map(|&id| balls[id as usize - facets.len()]));
                         let leaf = &ball_order[ball_order.len() - ids.len()..];
                         for axis in 0..3 {
@@ -304,8 +315,8 @@ impl Tree {
             todo[first_inner..].reverse();
         }
         // Lanes read beyond the last leaf.
-        tree.facets.extend([0.0; PACKET]);
-        tree.balls.extend([0.0; PACKET]);
+        tree.facets.extend([0.0; WINDOW]);
+        tree.balls.extend([0.0; WINDOW]);
         *facets = facet_order;
         *balls = ball_order;
         tree
@@ -337,6 +348,10 @@ struct Ray<L: Lanes> {
     dir: V3<L>,
     inverse: V3<L>,
 }
+
+/// A number for each child, in one line of the cache: what lanes write there is read back soon.
+#[repr(align(64))]
+struct Row([f32; FAN]);
 
 /// Children waiting to be looked at, the last one first.
 struct Waiting {
@@ -413,7 +428,7 @@ impl Tree {
             if octant.count_ones() >= TOGETHER {
                 self.walk_together::<L, ANY>(l, &mut rays, signs, octant, &mut waiting);
             } else {
-                self.walk_alone::<L, ANY>(l, &mut rays, signs, octant, None, &mut waiting.children);
+                self.walk_alone::<L, ANY>(l, &mut rays, signs, octant, (ROOT, &[0.0; PACKET]), &mut waiting.children);
             }
         }
         rays.best
@@ -432,14 +447,11 @@ impl Tree {
         let beam = Beam::new(l, rays, signs, lanes);
         let Rays { origin, inverse, .. } = *rays;
         let (near, far) = near_and_far(signs);
-        let mut depth = 0;
-        let (mut at, mut lanes) = (0, lanes);
-        loop {
-            depth = self.push_children(l, at, lanes, &beam, [near, far], waiting, depth);
-            at = loop {
-                if depth == 0 {
-                    return;
-                }
+        waiting.children[0] = ROOT;
+        waiting.lanes[0] = lanes;
+        let mut depth = 1;
+        while depth > 0 {
+            {
                 depth -= 1;
                 let (node, i, enters) = child_of_key(waiting.children[depth]);
                 let asked = l.mask(waiting.lanes[depth]) & rays.best.t.ge(l.f(enters));
@@ -467,15 +479,15 @@ impl Tree {
                 if bits.count_ones() <= ALONE {
                     let mut entered = [0.0; PACKET];
                     enter.store(&mut entered);
-                    let start = Some((child_key(node, i, 0.0), &entered));
+                    let start = (child_key(node, i, 0.0), &entered);
                     self.walk_alone::<L, ANY>(l, rays, signs, bits, start, &mut waiting.children[depth..]);
                 } else if kind == INNER {
-                    lanes = bits;
-                    break self.nodes[node].first[i] as usize;
+                    let at = self.nodes[node].first[i] as usize;
+                    depth = self.push_children(l, at, bits, &beam, [near, far], waiting, depth);
                 } else {
                     self.meet_together::<L, ANY>(l, rays, self.nodes[node].first[i], kind, inside, enter);
                 }
-            };
+            }
         }
     }
 
@@ -493,7 +505,7 @@ impl Tree {
         mut depth: usize,
     ) -> usize {
         let planes = &self.nodes[at].planes;
-        let mut enters = [0.0; FAN];
+        let mut enters = Row([0.0; FAN]);
         let mut todo = 0;
         let mut k = 0;
         while k < FAN {
@@ -508,7 +520,7 @@ impl Tree {
                 z: largest_product(l.load(&planes[far[2]][k..]) - beam.far.z, beam.least.z, beam.largest.z),
             };
             let (enter, leave) = passage(l, from, to);
-            enter.store(&mut enters[k..]);
+            enter.store(&mut enters.0[k..]);
             todo |= enter.le(leave).bits() << k;
             k += L::N;
         }
@@ -516,7 +528,7 @@ impl Tree {
         while todo != 0 {
             let i = todo.trailing_zeros() as usize;
             todo &= todo - 1;
-            insert(&mut waiting.children, bottom, depth, child_key(at, i, enters[i]));
+            insert(&mut waiting.children, bottom, depth, child_key(at, i, enters.0[i]));
             waiting.lanes[depth] = lanes;
             depth += 1;
         }
@@ -535,10 +547,9 @@ impl Tree {
         enter: L::F,
     ) {
         let zero = l.f(0.0);
+        let n = leaf_size(kind);
         if kind < BALLS {
-            let n = usize::from(kind);
-            let base = first as usize * FACET_NUMBERS;
-            let numbers = &self.facets[base..base + n * FACET_NUMBERS];
+            let numbers = window(&self.facets, first as usize * FACET_NUMBERS);
             for i in 0..n {
                 let facet = FacetLanes {
                     p0: V3 { x: l.f(numbers[i]), y: l.f(numbers[n + i]), z: l.f(numbers[2 * n + i]) },
@@ -555,9 +566,7 @@ impl Tree {
                 rays.take::<ANY>(l, t.max(enter), hit & t.gt(zero) & inside, first + i as u32);
             }
         } else {
-            let n = usize::from(kind - BALLS);
-            let base = first as usize * BALL_NUMBERS;
-            let numbers = &self.balls[base..base + n * BALL_NUMBERS];
+            let numbers = window(&self.balls, first as usize * BALL_NUMBERS);
             for i in 0..n {
                 let center = V3 { x: l.f(numbers[i]), y: l.f(numbers[n + i]), z: l.f(numbers[2 * n + i]) };
                 let ball = BallLanes { center, radius2: l.f(numbers[3 * n + i]) };
@@ -568,7 +577,7 @@ impl Tree {
         }
     }
 
-    /// Walks the rays of `lanes` one by one, from the root or from a child that they enter at given distances.
+    /// Walks the rays of `lanes` one by one, from a child that they enter at given distances.
     #[inline(always)]
     fn walk_alone<L: Lanes, const ANY: bool>(
         &self,
@@ -576,7 +585,7 @@ impl Tree {
         rays: &mut Rays<L>,
         signs: [bool; 3],
         mut lanes: u32,
-        start: Option<(u64, &[f32; PACKET])>,
+        start: (u64, &[f32; PACKET]),
         waiting: &mut [u64],
     ) {
         let (near, far) = near_and_far(signs);
@@ -590,68 +599,80 @@ impl Tree {
                 inverse: V3 { x: l.f(numbers[6][lane]), y: l.f(numbers[7][lane]), z: l.f(numbers[8][lane]) },
             };
             let mut best = (rays.best.t.lane(lane), rays.best.id.lane(lane));
-            let mut depth = 0;
-            let mut at = 0;
-            let mut visit = true;
-            if let Some((child, entered)) = start {
-                waiting[0] = child | u64::from(entered[lane].to_bits()) << 32;
-                depth = 1;
-                visit = false;
-            }
-            loop {
-                if visit {
-                    let planes = &self.nodes[at].planes;
-                    let mut enters = [0.0; FAN];
-                    let mut todo = 0;
-                    let mut k = 0;
-                    while k < FAN {
-                        let from = V3 {
-                            x: (l.load(&planes[near[0]][k..]) - ray.origin.x) * ray.inverse.x,
-                            y: (l.load(&planes[near[1]][k..]) - ray.origin.y) * ray.inverse.y,
-                            z: (l.load(&planes[near[2]][k..]) - ray.origin.z) * ray.inverse.z,
-                        };
-                        let to = V3 {
-                            x: (l.load(&planes[far[0]][k..]) - ray.origin.x) * ray.inverse.x,
-                            y: (l.load(&planes[far[1]][k..]) - ray.origin.y) * ray.inverse.y,
-                            z: (l.load(&planes[far[2]][k..]) - ray.origin.z) * ray.inverse.z,
-                        };
-                        let (enter, leave) = passage(l, from, to);
-                        enter.store(&mut enters[k..]);
-                        todo |= enter.le(leave.min(l.f(best.0))).bits() << k;
-                        k += L::N;
-                    }
-                    let bottom = depth;
-                    while todo != 0 {
-                        let i = todo.trailing_zeros() as usize;
-                        todo &= todo - 1;
-                        insert(waiting, bottom, depth, child_key(at, i, enters[i]));
-                        depth += 1;
-                    }
-                }
-                if depth == 0 {
-                    break;
-                }
+            waiting[0] = start.0 | u64::from(start.1[lane].to_bits()) << 32;
+            let mut depth = 1;
+            'ray: while depth > 0 {
                 depth -= 1;
-                let (node, i, enters) = child_of_key(waiting[depth]);
-                visit = false;
-                if enters > best.0 {
+                let (mut node, mut i, mut enter) = child_of_key(waiting[depth]);
+                if enter > best.0 {
                     continue;
                 }
-                let (first, kind) = (self.nodes[node].first[i], self.nodes[node].kind[i]);
-                if kind == INNER {
-                    at = first as usize;
-                    visit = true;
-                } else {
-                    best = self.meet_alone::<L, ANY>(l, &ray, first, kind, enters, best);
-                    if ANY && best.0 < 0.0 {
+                // Down to a leaf, past children that have to wait.
+                loop {
+                    let (first, kind) = (self.nodes[node].first[i], self.nodes[node].kind[i]);
+                    if kind != INNER {
+                        best = self.meet_alone::<L, ANY>(l, &ray, first, kind, enter, best);
+                        if ANY && best.0 < 0.0 {
+                            break 'ray;
+                        }
                         break;
                     }
+                    let at = first as usize;
+                    let (mut todo, enters) = self.entered(l, at, &ray, [near, far], best.0);
+                    if todo == 0 {
+                        break;
+                    }
+                    let first = todo.trailing_zeros() as usize;
+                    let mut nearest = child_key(at, first, enters.0[first]);
+                    todo &= todo - 1;
+                    while todo != 0 {
+                        let other = todo.trailing_zeros() as usize;
+                        todo &= todo - 1;
+                        let key = child_key(at, other, enters.0[other]);
+                        waiting[depth] = key.max(nearest);
+                        nearest = key.min(nearest);
+                        depth += 1;
+                    }
+                    (node, i, enter) = child_of_key(nearest);
                 }
             }
             let here = l.mask(1 << lane);
             rays.best.t = here.select(l.f(best.0), rays.best.t);
             rays.best.id = here.select_u(l.u(best.1), rays.best.id);
         }
+    }
+
+    /// The children (bit i is child i) that a ray enters nearer than `t_max` or just there, and where.
+    #[inline(always)]
+    fn entered<L: Lanes>(
+        &self,
+        l: L,
+        at: usize,
+        ray: &Ray<L>,
+        [near, far]: [[usize; 3]; 2],
+        t_max: f32,
+    ) -> (u32, Row) {
+        let planes = &self.nodes[at].planes;
+        let mut enters = Row([0.0; FAN]);
+        let mut entered = 0;
+        let mut k = 0;
+        while k < FAN {
+            let from = V3 {
+                x: (l.load(&planes[near[0]][k..]) - ray.origin.x) * ray.inverse.x,
+                y: (l.load(&planes[near[1]][k..]) - ray.origin.y) * ray.inverse.y,
+                z: (l.load(&planes[near[2]][k..]) - ray.origin.z) * ray.inverse.z,
+            };
+            let to = V3 {
+                x: (l.load(&planes[far[0]][k..]) - ray.origin.x) * ray.inverse.x,
+                y: (l.load(&planes[far[1]][k..]) - ray.origin.y) * ray.inverse.y,
+                z: (l.load(&planes[far[2]][k..]) - ray.origin.z) * ray.inverse.z,
+            };
+            let (enter, leave) = passage(l, from, to);
+            enter.store(&mut enters.0[k..]);
+            entered |= enter.le(leave.min(l.f(t_max))).bits() << k;
+            k += L::N;
+        }
+        (entered, enters)
     }
 
     /// Asks the primitives of a leaf for one ray, which enters its box at `enter`.
@@ -667,11 +688,11 @@ impl Tree {
     ) -> (f32, u32) {
         let zero = l.f(0.0);
         let infinite = l.f(f32::INFINITY);
-        let n = usize::from(kind & !BALLS);
+        let n = leaf_size(kind);
         let mut k = 0;
         while k < n {
             let (t, hit, id) = if kind < BALLS {
-                let numbers = &self.facets[first as usize * FACET_NUMBERS + k..];
+                let numbers = window(&self.facets, first as usize * FACET_NUMBERS + k);
                 let facet = FacetLanes {
                     p0: load(l, numbers, n, 0),
                     normal: load(l, numbers, n, 3),
@@ -682,7 +703,7 @@ impl Tree {
                 let (t, hit) = facet.intersect(l, ray.origin, ray.dir);
                 (t, hit & t.gt(zero), first)
             } else {
-                let numbers = &self.balls[first as usize * BALL_NUMBERS + k..];
+                let numbers = window(&self.balls, first as usize * BALL_NUMBERS + k);
                 let ball = BallLanes { center: load(l, numbers, n, 0), radius2: l.load(&numbers[3 * n..]) };
                 let t = ball.nearest(l, ray.origin, ray.dir, zero);
                 (t, t.lt(infinite), self.first_ball + first)
@@ -780,9 +801,21 @@ fn largest_product<F: Real>(x: F, a: F, b: F) -> F {
     (x * a).max(x * b)
 }
 
+/// How many primitives a leaf has: at most [`LEAF`], which spares checks of indices.
+#[inline(always)]
+fn leaf_size(kind: u8) -> usize {
+    usize::from(kind) % LEAF + 1
+}
+
+/// Numbers from `at` on.
+#[inline(always)]
+fn window(numbers: &[f32], at: usize) -> &[f32; WINDOW] {
+    numbers[at..].first_chunk().expect("the list goes on for so long after the last leaf")
+}
+
 /// Numbers `3 rows` of a leaf of `n` primitives as a vector.
 #[inline(always)]
-fn load<L: Lanes>(l: L, numbers: &[f32], n: usize, row: usize) -> V3<L> {
+fn load<L: Lanes>(l: L, numbers: &[f32; WINDOW], n: usize, row: usize) -> V3<L> {
     V3 { x: l.load(&numbers[row * n..]), y: l.load(&numbers[(row + 1) * n..]), z: l.load(&numbers[(row + 2) * n..]) }
 }
 

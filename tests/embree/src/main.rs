@@ -41,6 +41,19 @@ fn main() {
                 }
             }
         }
+        ["profile", size] => {
+            let mesh = mesh::cave(size.parse().expect("a number"));
+            let ours = build(&mesh);
+            let embree = Embree::new(&mesh.positions, &mesh.triangles);
+            let primary = rays::primary(&mesh);
+            let none = ([f32::INFINITY; WIDTH], [u32::MAX; WIDTH]);
+            let mut hits = vec![none; primary.len()];
+            embree.nearest(&primary, true, &mut hits);
+            let (_, diffuse) = rays::secondary(&mesh, &primary, &hits);
+            let [a, b] = shortest([&mut || nearest(&ours, &diffuse, &mut hits.clone()), &mut || embree.nearest(&diffuse, false, &mut hits.clone())]);
+            let n = (diffuse.len() * WIDTH) as f64 / 1e6;
+            println!("{:.2} {:.2} ratio {:.3}", n / a, n / b, b / a);
+        }
         ["scene", folder, size] => open::write(folder.as_ref(), size.parse().expect("a number of triangles")),
         ["open", file] => open::measure(file.as_ref()),
         _ => eprintln!("expected: compare [TRIANGLES...] | scene FOLDER TRIANGLES | open FILE"),
