@@ -14,13 +14,13 @@ use crate::tree::Tree;
 const FLAT_LIMIT: usize = 24;
 
 /// Opaque primitives: facets first, then spheres; the index over both is the primitive's id.
-#[derive(Default)]
 pub struct Geometry {
     /// Triangles and parallelograms.
     pub facets: Vec<Facet>,
     /// Spheres.
     pub balls: Vec<Ball>,
     tree: Option<Tree>,
+    bounds: (Vec3, Vec3),
 }
 
 impl fmt::Debug for Geometry {
@@ -42,9 +42,19 @@ pub struct Nearest<L: Lanes> {
 impl Geometry {
     /// Collects the primitives and builds a tree over them if there are many.
     pub fn new(mut facets: Vec<Facet>, mut balls: Vec<Ball>) -> Self {
+        let mut min = Vec3::INFINITY;
+        let mut max = Vec3::NEG_INFINITY;
+        for p in facets.iter().flat_map(Facet::corners) {
+            min = min.min(p);
+            max = max.max(p);
+        }
+        for ball in &balls {
+            min = min.min(ball.center - ball.radius);
+            max = max.max(ball.center + ball.radius);
+        }
         let many = facets.len() + balls.len() > FLAT_LIMIT;
         let tree = many.then(|| Tree::new(&mut facets, &mut balls));
-        Self { facets, balls, tree }
+        Self { facets, balls, tree, bounds: (min, max) }
     }
 
     /// Number of primitives.
@@ -57,19 +67,9 @@ impl Geometry {
         self.len() == 0
     }
 
-    /// Box around everything.
+    /// Box around everything; not finite if there is nothing.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let mut min = Vec3::INFINITY;
-        let mut max = Vec3::NEG_INFINITY;
-        for p in self.facets.iter().flat_map(Facet::corners) {
-            min = min.min(p);
-            max = max.max(p);
-        }
-        for ball in &self.balls {
-            min = min.min(ball.center - ball.radius);
-            max = max.max(ball.center + ball.radius);
-        }
-        (min, max)
+        self.bounds
     }
 
     /// True where there are so many primitives that a tree is searched, not a list.

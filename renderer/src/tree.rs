@@ -32,18 +32,15 @@ const FAN: usize = 16;
 /// Most primitives of a leaf.
 const LEAF: usize = 8;
 
-/// Leaves of more primitives are cut as long as their node has room.
-const SMALL_LEAF: usize = 4;
-
 /// So many rays of one octant make a packet.
-const TOGETHER: u32 = 6;
+const TOGETHER: u32 = 10;
 
 /// So few rays in a node go on one by one.
-const ALONE: u32 = 3;
+const ALONE: u32 = 2;
 
 /// Levels of nodes that follow the clusters of the builder. What lies deeper is cut into halves, so
 /// that a tree has at most [`LEVELS`] levels.
-const CLUSTERED: usize = 12;
+const CLUSTERED: usize = 10;
 
 /// Most levels of nodes: 16^7 is more than all primitives there can be.
 const LEVELS: usize = CLUSTERED + 7;
@@ -57,10 +54,13 @@ const BALL_NUMBERS: usize = 4;
 /// Half of what a ray's passage through a box is widened by at either end: four roundings.
 const WIDER: f32 = 4.0 * f32::EPSILON;
 
-/// What a child is: a node, or a leaf of facets or of balls, the lowest bits being one less than their number.
-const INNER: u8 = 0x80;
+/// What the lowest bits of a child say: it is a node; or a leaf of balls, else of facets, and one less than
+/// how many. The other bits are the number of its node or first primitive.
+const INNER: u32 = 0x20;
 /// See [`INNER`].
-const BALLS: u8 = 0x40;
+const BALLS: u32 = 0x10;
+/// How many bits that takes.
+const KIND_BITS: u32 = 6;
 
 /// Numbers that a leaf is read from: its own, and what lanes beyond the last primitive fall on.
 const WINDOW: usize = LEAF * FACET_NUMBERS + PACKET;
@@ -74,10 +74,8 @@ const ROOT: u64 = 0;
 struct Node {
     /// Least x, y, z and largest x, y, z of each child's box; empty where there is no child.
     planes: [[f32; FAN]; 6],
-    /// Number of the child's node or of its first primitive.
-    first: [u32; FAN],
-    /// [`INNER`] and so on.
-    kind: [u8; FAN],
+    /// See [`INNER`].
+    child: [u32; FAN],
 }
 
 impl Node {
@@ -90,8 +88,7 @@ impl Node {
             [f32::NEG_INFINITY; FAN],
             [f32::NEG_INFINITY; FAN],
         ],
-        first: [0; FAN],
-        kind: [INNER; FAN],
+        child: [0; FAN],
     };
 }
 
@@ -218,19 +215,9 @@ impl<'a> Binary<'a> {
             return parts;
         }
         while parts.len() < FAN {
-            let area = |part: &Part| if part.count > 1 { part.bounds.half_area() } else { -1.0 };
-            let mut largest: Option<(usize, bool, f32)> = None;
-            for (i, part) in parts.iter().enumerate() {
-                let must = !self.may_be_leaf(part);
-                if !must && part.count <= SMALL_LEAF {
-                    continue;
-                }
-                let this = area(part);
-                if largest.is_none_or(|(_, other, area)| (must, this) > (other, area)) {
-                    largest = Some((i, must, this));
-                }
-            }
-            let Some((i, ..)) = largest else { break };
+            let open = parts.iter().enumerate().filter(|(_, part)| !self.may_be_leaf(part));
+            let area = |part: &Part| part.bounds.half_area();
+            let Some((i, _)) = open.max_by(|(_, a), (_, b)| area(a).total_cmp(&area(b))) else { break };
             let [a, b] = self.cut(&parts[i]);
             parts[i] = a;
             parts.insert(i + 1, b);
@@ -261,12 +248,16 @@ impl Tree {
         let boxes: Vec<Aabb> = facet_boxes.chain(ball_boxes).collect();
         let binary = Binary::new(&boxes, facets.len());
 
-        let mut tree =
-            Self { nodes: vec![Node::EMPTY, Node::EMPTY], facets: Vec::new(), balls: Vec::new(), first_ball: facets.len() as u32 };
+        let mut tree = Self {
+            nodes: vec![Node::EMPTY, Node::EMPTY],
+            facets: Vec::new(),
+            balls: Vec::new(),
+            first_ball: facets.len() as u32,
+        };
         tree.facets.reserve_exact(facets.len() * FACET_NUMBERS + WINDOW);
         tree.balls.reserve_exact(balls.len() * BALL_NUMBERS + WINDOW);
         let (mut facet_order, mut ball_order) = (Vec::new(), Vec::new());
-        tree.nodes[0].first[0] = 1;
+        tree.nodes[0].child[0] = 1 << KIND_BITS | INNER;
         for axis in 0..3 {
             tree.nodes[0].planes[axis][0] = f32::NEG_INFINITY;
             tree.nodes[0].planes[axis + 3][0] = f32::INFINITY;
@@ -286,13 +277,13 @@ impl Tree {
                 let ids = &binary.order[child.first..child.first + child.count];
                 match binary.are_balls(child).filter(|_| child.count <= LEAF) {
                     None => {
-                        tree.nodes[at].first[i] = tree.nodes.len() as u32;
+                        tree.nodes[at].child[i] = (tree.nodes.len() as u32) << KIND_BITS | INNER;
                         todo.push((tree.nodes.len(), *child, level + 1));
                         tree.nodes.push(Node::EMPTY);
                     }
                     Some(false) => {
-                        tree.nodes[at].first[i] = facet_order.len() as u32;
-                        tree.nodes[at].kind[i] = (ids.len() - 1) as u8;
+                        let first = facet_order.len() as u32;
+                        tree.nodes[at].child[i] = first << KIND_BITS | (ids.len() - 1) as u32;
                         facet_order.extend(ids.iter().map(|&id| facets[id as usize]));
                         let leaf = &facet_order[facet_order.len() - ids.len()..];
                         for number in 0..FACET_NUMBERS {
@@ -300,8 +291,8 @@ impl Tree {
                         }
                     }
                     Some(true) => {
-                        tree.nodes[at].first[i] = ball_order.len() as u32;
-                        tree.nodes[at].kind[i] = BALLS + (ids.len() - 1) as u8;
+                        let first = ball_order.len() as u32;
+                        tree.nodes[at].child[i] = first << KIND_BITS | BALLS | (ids.len() - 1) as u32;
                         ball_order.extend(ids.iter().map(|&id| balls[id as usize - facets.len()]));
                         let leaf = &ball_order[ball_order.len() - ids.len()..];
                         for axis in 0..3 {
@@ -475,17 +466,17 @@ impl Tree {
                 if bits == 0 {
                     continue;
                 }
-                let kind = self.nodes[node].kind[i];
+                let child = self.nodes[node].child[i];
                 if bits.count_ones() <= ALONE {
                     let mut entered = [0.0; PACKET];
                     enter.store(&mut entered);
                     let start = (child_key(node, i, 0.0), &entered);
                     self.walk_alone::<L, ANY>(l, rays, signs, bits, start, &mut waiting.children[depth..]);
-                } else if kind == INNER {
-                    let at = self.nodes[node].first[i] as usize;
+                } else if child & INNER != 0 {
+                    let at = (child >> KIND_BITS) as usize;
                     depth = self.push_children(l, at, bits, &beam, [near, far], waiting, depth);
                 } else {
-                    self.meet_together::<L, ANY>(l, rays, self.nodes[node].first[i], kind, inside, enter);
+                    self.meet_together::<L, ANY>(l, rays, child, inside, enter);
                 }
             }
         }
@@ -541,25 +532,20 @@ impl Tree {
         &self,
         l: L,
         rays: &mut Rays<L>,
-        first: u32,
-        kind: u8,
+        child: u32,
         inside: L::M,
         enter: L::F,
     ) {
         let zero = l.f(0.0);
-        let n = leaf_size(kind);
-        if kind < BALLS {
+        let (first, n) = leaf(child);
+        if child & BALLS == 0 {
             let numbers = window(&self.facets, first as usize * FACET_NUMBERS);
             for i in 0..n {
                 let facet = FacetLanes {
                     p0: V3 { x: l.f(numbers[i]), y: l.f(numbers[n + i]), z: l.f(numbers[2 * n + i]) },
                     normal: V3 { x: l.f(numbers[3 * n + i]), y: l.f(numbers[4 * n + i]), z: l.f(numbers[5 * n + i]) },
                     u_axis: V3 { x: l.f(numbers[6 * n + i]), y: l.f(numbers[7 * n + i]), z: l.f(numbers[8 * n + i]) },
-                    v_axis: V3 {
-                        x: l.f(numbers[9 * n + i]),
-                        y: l.f(numbers[10 * n + i]),
-                        z: l.f(numbers[11 * n + i]),
-                    },
+                    v_axis: V3 { x: l.f(numbers[9 * n + i]), y: l.f(numbers[10 * n + i]), z: l.f(numbers[11 * n + i]) },
                     triangle: l.f(numbers[12 * n + i]),
                 };
                 let (t, hit) = facet.intersect(l, rays.origin, rays.dir);
@@ -609,15 +595,15 @@ impl Tree {
                 }
                 // Down to a leaf, past children that have to wait.
                 loop {
-                    let (first, kind) = (self.nodes[node].first[i], self.nodes[node].kind[i]);
-                    if kind != INNER {
-                        best = self.meet_alone::<L, ANY>(l, &ray, first, kind, enter, best);
+                    let child = self.nodes[node].child[i];
+                    if child & INNER == 0 {
+                        best = self.meet_alone::<L, ANY>(l, &ray, child, enter, best);
                         if ANY && best.0 < 0.0 {
                             break 'ray;
                         }
                         break;
                     }
-                    let at = first as usize;
+                    let at = (child >> KIND_BITS) as usize;
                     let (mut todo, enters) = self.entered(l, at, &ray, [near, far], best.0);
                     if todo == 0 {
                         break;
@@ -644,14 +630,7 @@ impl Tree {
 
     /// The children (bit i is child i) that a ray enters nearer than `t_max` or just there, and where.
     #[inline(always)]
-    fn entered<L: Lanes>(
-        &self,
-        l: L,
-        at: usize,
-        ray: &Ray<L>,
-        [near, far]: [[usize; 3]; 2],
-        t_max: f32,
-    ) -> (u32, Row) {
+    fn entered<L: Lanes>(&self, l: L, at: usize, ray: &Ray<L>, [near, far]: [[usize; 3]; 2], t_max: f32) -> (u32, Row) {
         let planes = &self.nodes[at].planes;
         let mut enters = Row([0.0; FAN]);
         let mut entered = 0;
@@ -681,17 +660,16 @@ impl Tree {
         &self,
         l: L,
         ray: &Ray<L>,
-        first: u32,
-        kind: u8,
+        child: u32,
         enter: f32,
         mut best: (f32, u32),
     ) -> (f32, u32) {
         let zero = l.f(0.0);
         let infinite = l.f(f32::INFINITY);
-        let n = leaf_size(kind);
+        let (first, n) = leaf(child);
         let mut k = 0;
         while k < n {
-            let (t, hit, id) = if kind < BALLS {
+            let (t, hit, id) = if child & BALLS == 0 {
                 let numbers = window(&self.facets, first as usize * FACET_NUMBERS + k);
                 let facet = FacetLanes {
                     p0: load(l, numbers, n, 0),
@@ -801,10 +779,10 @@ fn largest_product<F: Real>(x: F, a: F, b: F) -> F {
     (x * a).max(x * b)
 }
 
-/// How many primitives a leaf has: at most [`LEAF`], which spares checks of indices.
+/// First primitive of a leaf and how many there are: visibly at most [`LEAF`], which spares checks of indices.
 #[inline(always)]
-fn leaf_size(kind: u8) -> usize {
-    usize::from(kind) % LEAF + 1
+fn leaf(child: u32) -> (u32, usize) {
+    (child >> KIND_BITS, child as usize % LEAF + 1)
 }
 
 /// Numbers from `at` on.

@@ -47,8 +47,14 @@ unsafe extern "C" {
     fn rtcNewScene(device: *mut c_void) -> *mut c_void;
     fn rtcSetSceneBuildQuality(scene: *mut c_void, quality: u32);
     fn rtcNewGeometry(device: *mut c_void, kind: u32) -> *mut c_void;
-    fn rtcSetNewGeometryBuffer(g: *mut c_void, kind: u32, slot: u32, format: u32, stride: usize, n: usize)
-    -> *mut c_void;
+    fn rtcSetNewGeometryBuffer(
+        g: *mut c_void,
+        kind: u32,
+        slot: u32,
+        format: u32,
+        stride: usize,
+        n: usize,
+    ) -> *mut c_void;
     fn rtcCommitGeometry(geometry: *mut c_void);
     fn rtcAttachGeometry(scene: *mut c_void, geometry: *mut c_void) -> u32;
     fn rtcCommitScene(scene: *mut c_void);

@@ -50,7 +50,9 @@ fn main() {
             let mut hits = vec![none; primary.len()];
             embree.nearest(&primary, true, &mut hits);
             let (_, diffuse) = rays::secondary(&mesh, &primary, &hits);
-            let [a, b] = shortest([&mut || nearest(&ours, &diffuse, &mut hits.clone()), &mut || embree.nearest(&diffuse, false, &mut hits.clone())]);
+            let [a, b] = shortest([&mut || nearest(&ours, &diffuse, &mut hits.clone()), &mut || {
+                embree.nearest(&diffuse, false, &mut hits.clone())
+            }]);
             let n = (diffuse.len() * WIDTH) as f64 / 1e6;
             println!("{:.2} {:.2} ratio {:.3}", n / a, n / b, b / a);
         }
@@ -112,11 +114,10 @@ fn compare(mesh: &Mesh) {
         report(mesh, name, packets.len(), times, [differ(&a), differ(&c)]);
     }
     let (mut a, mut b, mut c) = (vec![0; shadow.len()], vec![0; shadow.len()], vec![0; shadow.len()]);
-    let times = shortest([
-        &mut || blocked(&ours, &shadow, &mut a),
-        &mut || embree.blocked(&shadow, true, &mut b),
-        &mut || obvhs.blocked(&shadow, &mut c),
-    ]);
+    let times =
+        shortest([&mut || blocked(&ours, &shadow, &mut a), &mut || embree.blocked(&shadow, true, &mut b), &mut || {
+            obvhs.blocked(&shadow, &mut c)
+        }]);
     let differ = |x: &[u32]| x.iter().zip(&b).map(|(x, b)| (x ^ b).count_ones() as usize).sum();
     report(mesh, "shadow", shadow.len(), times, [differ(&a), differ(&c)]);
 }
@@ -174,12 +175,7 @@ fn load<L: Lanes>(l: L, v: &[[f32; WIDTH]; 3]) -> V3<L> {
 }
 
 #[inline(always)]
-fn nearest_in_lanes<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    packets: &[Packet],
-    out: &mut [([f32; WIDTH], [u32; WIDTH])],
-) {
+fn nearest_in_lanes<L: Lanes>(l: L, scene: &BuiltScene, packets: &[Packet], out: &mut [([f32; WIDTH], [u32; WIDTH])]) {
     let list = scene.patches.everything().surfaces;
     for (packet, out) in packets.iter().zip(out) {
         let hit = scene.geometry.nearest(l, load(l, &packet.origin), load(l, &packet.dir), &list);

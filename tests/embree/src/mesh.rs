@@ -32,9 +32,7 @@ fn noise(p: Vec3) -> f32 {
     let f = f * f * (3.0 - 2.0 * f);
     let at = |x: i32, y: i32, z: i32| hash([cell.x as i32 + x, cell.y as i32 + y, cell.z as i32 + z]);
     let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    let plane = |z: i32| {
-        mix(mix(at(0, 0, z), at(1, 0, z), f.x), mix(at(0, 1, z), at(1, 1, z), f.x), f.y)
-    };
+    let plane = |z: i32| mix(mix(at(0, 0, z), at(1, 0, z), f.x), mix(at(0, 1, z), at(1, 1, z), f.x), f.y);
     mix(plane(0), plane(1), f.z)
 }
 

@@ -73,11 +73,7 @@ pub fn primary(mesh: &Mesh) -> Vec<Packet> {
 
 /// Rays from what the camera rays met: to a point of the light, and in a direction of the cosine's law.
 /// Rays that met nothing are replaced by a neighbour's.
-pub fn secondary(
-    mesh: &Mesh,
-    primary: &[Packet],
-    hits: &[([f32; WIDTH], [u32; WIDTH])],
-) -> (Vec<Packet>, Vec<Packet>) {
+pub fn secondary(mesh: &Mesh, primary: &[Packet], hits: &[([f32; WIDTH], [u32; WIDTH])]) -> (Vec<Packet>, Vec<Packet>) {
     let mut random = Random(2);
     let (mut shadow, mut diffuse) = (Vec::new(), Vec::new());
     for (packet, (t, id)) in primary.iter().zip(hits) {
