@@ -24,7 +24,7 @@ use mesh::Mesh;
 use rays::{Packet, WIDTH};
 
 /// The shortest of so many runs counts.
-const REPEATS: usize = 3;
+const REPEATS: usize = 5;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -40,21 +40,6 @@ fn main() {
                     compare(&mesh);
                 }
             }
-        }
-        ["profile", size] => {
-            let mesh = mesh::cave(size.parse().expect("a number"));
-            let ours = build(&mesh);
-            let embree = Embree::new(&mesh.positions, &mesh.triangles);
-            let primary = rays::primary(&mesh);
-            let none = ([f32::INFINITY; WIDTH], [u32::MAX; WIDTH]);
-            let mut hits = vec![none; primary.len()];
-            embree.nearest(&primary, true, &mut hits);
-            let (_, diffuse) = rays::secondary(&mesh, &primary, &hits);
-            let [a, b] = shortest([&mut || nearest(&ours, &diffuse, &mut hits.clone()), &mut || {
-                embree.nearest(&diffuse, false, &mut hits.clone())
-            }]);
-            let n = (diffuse.len() * WIDTH) as f64 / 1e6;
-            println!("{:.2} {:.2} ratio {:.3}", n / a, n / b, b / a);
         }
         ["scene", folder, size] => open::write(folder.as_ref(), size.parse().expect("a number of triangles")),
         ["open", file] => open::measure(file.as_ref()),
