@@ -1,5 +1,7 @@
 //! From a scene's parameters to the form that packets of rays work on.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::bsdf::{Material, Surface};
@@ -22,7 +24,9 @@ pub struct BuiltScene {
     /// Where rays start.
     pub camera: Pinhole,
     /// Everything opaque that does not emit.
-    pub geometry: Geometry,
+    pub geometry: Arc<Geometry>,
+    /// What `geometry` was made from.
+    opaque: Vec<Opaque>,
     /// Everything that emits.
     pub lights: Lights,
     /// Which of all these matter to a patch of the image.
@@ -35,6 +39,31 @@ pub struct BuiltScene {
     pub has_two_lobes: bool,
     /// Some light's surface scatters as well.
     lights_scatter: bool,
+}
+
+/// A shape of the scene as far as geometry is concerned.
+#[derive(Clone, Debug)]
+struct Opaque {
+    index: usize,
+    reverse_orientation: bool,
+    geometry: scene::Geometry,
+}
+
+impl Opaque {
+    /// True if the same primitives come of both. Meshes have to be the same object: to compare a million
+    /// vertices would take as long as to look at them again.
+    fn is(&self, other: &Self) -> bool {
+        let same = match (&self.geometry, &other.geometry) {
+            (
+                scene::Geometry::Mesh { positions: a, triangles: b },
+                scene::Geometry::Mesh { positions: c, triangles: d },
+            ) => Arc::ptr_eq(a, c) && Arc::ptr_eq(b, d),
+            (scene::Geometry::Sphere { .. }, scene::Geometry::Sphere { .. }) => self.geometry == other.geometry,
+            (scene::Geometry::Mesh { .. }, scene::Geometry::Sphere { .. })
+            | (scene::Geometry::Sphere { .. }, scene::Geometry::Mesh { .. }) => false,
+        };
+        same && self.index == other.index && self.reverse_orientation == other.reverse_orientation
+    }
 }
 
 /// What a packet of camera rays met.
@@ -57,12 +86,21 @@ impl BuiltScene {
     /// # Errors
     /// [`Error::Invalid`] names the shape or material whose numbers cannot be rendered.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+        Self::with_known(scene, settings, &[])
+    }
+
+    /// The same, with geometry shared with one of these if it has just the same shapes: the tree over a
+    /// large mesh takes a second, an edit of a material, a light or the camera should not.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_known(scene: &Scene, settings: &Settings, known: &[Arc<Self>]) -> Result<Self, Error> {
         settings.check().map_err(Error::Invalid)?;
         let camera = Pinhole::new(&scene.camera, settings.resolution)?;
         for material in &scene.materials {
             check_material(material)?;
         }
-        let (mut facets, mut balls, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut opaque, mut lights) = (Vec::new(), Vec::new());
         let mut materials = Vec::with_capacity(scene.shapes.len());
         for (index, shape) in scene.shapes.iter().enumerate() {
             let material = match shape.material {
@@ -90,22 +128,36 @@ impl BuiltScene {
                     light.name, light.radiance
                 )));
             }
-            let (shape_facets, ball) = primitives(index, shape)?;
             match emits {
                 Some(light) => {
-                    let shapes = shape_facets.into_iter().map(LightShape::Facet).chain(ball.map(LightShape::Ball));
+                    let (facets, ball) = primitives(index, &shape.geometry, shape.reverse_orientation)?;
+                    let shapes = facets.into_iter().map(LightShape::Facet).chain(ball.map(LightShape::Ball));
                     lights.extend(shapes.map(|shape| Light { shape, radiance: light.radiance, material }));
                 }
-                None => {
-                    facets.extend(shape_facets);
-                    balls.extend(ball);
-                }
+                None => opaque.push(Opaque {
+                    index,
+                    reverse_orientation: shape.reverse_orientation,
+                    geometry: shape.geometry.clone(),
+                }),
             }
-            if facets.len() + lights.len() > MAX_TRIANGLES {
-                return Err(Error::Invalid(format!("more than {MAX_TRIANGLES} triangles, expected fewer")));
-            }
+            check_count(lights.len())?;
         }
-        let geometry = Geometry::new(facets, balls);
+        let same = |other: &&Arc<Self>| {
+            other.opaque.len() == opaque.len() && opaque.iter().zip(&other.opaque).all(|(a, b)| a.is(b))
+        };
+        let geometry = match known.iter().find(same) {
+            Some(known) => known.geometry.clone(),
+            None => {
+                let (mut facets, mut balls) = (Vec::new(), Vec::new());
+                for shape in &opaque {
+                    let (more, ball) = primitives(shape.index, &shape.geometry, shape.reverse_orientation)?;
+                    facets.extend(more);
+                    balls.extend(ball);
+                    check_count(facets.len() + lights.len())?;
+                }
+                Arc::new(Geometry::new(facets, balls))
+            }
+        };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights = Lights::new(lights);
@@ -113,6 +165,7 @@ impl BuiltScene {
             camera,
             patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
             geometry,
+            opaque,
             has_two_lobes: materials.iter().any(Material::has_two_lobes),
             lights_scatter,
             lights,
@@ -224,17 +277,23 @@ fn check_material(material: &scene::Material) -> Result<(), Error> {
     }
 }
 
-/// The primitives of a shape: facets of a mesh, or one sphere.
-fn primitives(index: usize, shape: &scene::Shape) -> Result<(Vec<Facet>, Option<Ball>), Error> {
-    match &shape.geometry {
+fn check_count(triangles: usize) -> Result<(), Error> {
+    if triangles > MAX_TRIANGLES {
+        return Err(Error::Invalid(format!("more than {MAX_TRIANGLES} triangles, expected fewer")));
+    }
+    Ok(())
+}
+
+/// The primitives of shape `index`: facets of a mesh, or one sphere.
+fn primitives(index: usize, geometry: &scene::Geometry, reverse: bool) -> Result<(Vec<Facet>, Option<Ball>), Error> {
+    match geometry {
         scene::Geometry::Sphere { center, radius } => {
             if !(center.is_finite() && radius.is_finite() && *radius > 0.0 && radius * radius > 0.0) {
                 return Err(Error::Invalid(format!(
                     "shape {index}: sphere at {center} with radius {radius}, expected finite numbers and a radius > 0"
                 )));
             }
-            let ball =
-                Ball { center: *center, radius: *radius, inward: shape.reverse_orientation, shape: index as u32 };
+            let ball = Ball { center: *center, radius: *radius, inward: reverse, shape: index as u32 };
             Ok((Vec::new(), Some(ball)))
         }
         scene::Geometry::Mesh { positions, triangles } => {
@@ -261,11 +320,11 @@ fn primitives(index: usize, shape: &scene::Shape) -> Result<(Vec<Facet>, Option<
                 // Triangles without area cannot be seen.
                 match quad {
                     Some([p0, p1, p2]) => {
-                        facets.extend(Facet::new(p0, p1, p2, true, shape.reverse_orientation, index as u32));
+                        facets.extend(Facet::new(p0, p1, p2, true, reverse, index as u32));
                         i += 2;
                     }
                     None => {
-                        facets.extend(Facet::new(pa, pb, pc, false, shape.reverse_orientation, index as u32));
+                        facets.extend(Facet::new(pa, pb, pc, false, reverse, index as u32));
                         i += 1;
                     }
                 }

@@ -42,6 +42,8 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn iota(self) -> Self::U;
     /// The first [`Self::N`] elements of `from`.
     fn load(self, from: &[f32]) -> Self::F;
+    /// True in the lanes whose bits are set, lane i being bit i.
+    fn mask(self, bits: u32) -> Self::M;
     /// `table[index]`, lane by lane. Slow: for tables that differ from lane to lane.
     fn gather(self, table: &[f32], index: Self::U) -> Self::F;
 }
@@ -66,6 +68,10 @@ pub trait Real:
     fn store(self, to: &mut [f32]);
     /// One lane.
     fn lane(self, i: usize) -> f32;
+    /// The smallest of all lanes, none of which may be NaN.
+    fn least(self) -> f32;
+    /// The largest of all lanes, none of which may be NaN.
+    fn largest(self) -> f32;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
     /// `self * a + b`, fused where the machine can.
@@ -168,6 +174,10 @@ impl<S: Simd> Lanes for Wide<S> {
         f32x16::from_slice(self.0, &from[..16])
     }
     #[inline(always)]
+    fn mask(self, bits: u32) -> mask32x16<S> {
+        mask32x16::from_bitmask(self.0, bits.into())
+    }
+    #[inline(always)]
     fn gather(self, table: &[f32], index: u32x16<S>) -> f32x16<S> {
         let mut out = [0.0; 16];
         for i in 0..16 {
@@ -187,6 +197,14 @@ impl<S: Simd> Real for f32x16<S> {
     #[inline(always)]
     fn lane(self, i: usize) -> f32 {
         self[i]
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        self.reduce_min()
+    }
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        self.reduce_max()
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -320,6 +338,10 @@ impl Lanes for Single {
         from[0]
     }
     #[inline(always)]
+    fn mask(self, bits: u32) -> bool {
+        bits & 1 == 1
+    }
+    #[inline(always)]
     fn gather(self, table: &[f32], index: Wrapping) -> f32 {
         table[index.0 as usize]
     }
@@ -334,6 +356,14 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn lane(self, _: usize) -> f32 {
+        self
+    }
+    #[inline(always)]
+    fn least(self) -> f32 {
+        self
+    }
+    #[inline(always)]
+    fn largest(self) -> f32 {
         self
     }
     #[inline(always)]

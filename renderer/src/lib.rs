@@ -40,6 +40,7 @@ pub mod settings;
 pub mod shape;
 pub mod snapshot;
 pub mod table;
+mod tree;
 pub mod warp;
 
 pub use error::{Diagnostic, Error, Location};

@@ -123,6 +123,8 @@ struct PictureState {
     mailbox: Option<Request>,
     building: bool,
     job: Option<Job>,
+    /// The last scene built, whose geometry the next one may share.
+    built: Option<Arc<BuiltScene>>,
     pace: Pace,
     steps: u32,
     error: Option<String>,
@@ -190,6 +192,7 @@ impl Renderer {
             mailbox: None,
             building: false,
             job: None,
+            built: None,
             pace: Pace::Full,
             steps: 0,
             error: None,
@@ -354,20 +357,28 @@ impl Shared {
 
     /// Builds a scene; true if there is news for the window.
     fn build(&self, picture: u64, generation: u64, request: Request) -> bool {
-        let built = catch_unwind(|| BuiltScene::new(&request.scene, &request.settings))
+        let known: Vec<_> = self.lock().pictures.iter().filter_map(|p| p.built.clone()).collect();
+        let built = catch_unwind(|| BuiltScene::with_known(&request.scene, &request.settings, &known).map(Arc::new))
             .unwrap_or_else(|panic| Err(Error::Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
         let mut core = self.lock();
         let Some(p) = core.pictures.iter_mut().find(|p| p.id == picture) else { return false };
+        // Even where the request has changed since: the next one may want the same geometry.
+        let replaced = match &built {
+            Ok(scene) => p.built.replace(scene.clone()),
+            Err(_) => None,
+        };
         if p.generation != generation {
             return false;
         }
         p.building = false;
         p.retire_job();
         match built {
-            Ok(scene) => p.job = Some(Job::new(generation, Arc::new(request), Arc::new(scene))),
+            Ok(scene) => p.job = Some(Job::new(generation, Arc::new(request), scene)),
             Err(error) => p.error = Some(error.to_string()),
         }
         drop(core);
+        // To free a large scene takes its time: not under the lock.
+        drop((replaced, known));
         self.work.notify_all();
         true
     }

@@ -103,7 +103,7 @@ pub struct Material {
 }
 
 /// The surface of a [`Shape`], in world space.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Geometry {
     /// A full sphere.
@@ -120,6 +120,19 @@ pub enum Geometry {
         /// Three indices into `positions` each.
         triangles: Arc<Vec<[u32; 3]>>,
     },
+}
+
+impl PartialEq for Geometry {
+    /// Meshes that are the same object are not looked at: scenes are compared at every edit.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Sphere { center: a, radius: r }, Self::Sphere { center: b, radius: s }) => (a, r) == (b, s),
+            (Self::Mesh { positions: a, triangles: t }, Self::Mesh { positions: b, triangles: u }) => {
+                (Arc::ptr_eq(a, b) || a == b) && (Arc::ptr_eq(t, u) || t == u)
+            }
+            (Self::Sphere { .. }, Self::Mesh { .. }) | (Self::Mesh { .. }, Self::Sphere { .. }) => false,
+        }
+    }
 }
 
 /// Emission of a shape: every point radiates `radiance` into the hemisphere of its outward normal.

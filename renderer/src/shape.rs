@@ -66,6 +66,13 @@ impl Facet {
         [self.u_axis, self.v_axis]
     }
 
+    /// The numbers that [`FacetLanes`] are made of: p0, normal, the two axes, and whether it is a triangle.
+    pub fn numbers(&self) -> [f32; FACET_NUMBERS] {
+        let [p, n, u, v] = [self.p0, self.normal, self.u_axis, self.v_axis];
+        let triangle = if self.quad { 0.0 } else { 1.0 };
+        [p.x, p.y, p.z, n.x, n.y, n.z, u.x, u.y, u.z, v.x, v.y, v.z, triangle]
+    }
+
     /// Distance along each ray to the plane. It may be negative or not a number.
     #[inline(always)]
     pub fn distance<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> L::F {
@@ -83,6 +90,38 @@ impl Facet {
         let u = V3::splat(l, self.u_axis).dot(q);
         let v = V3::splat(l, self.v_axis).dot(q);
         let upper = if self.quad { u.max(v) } else { u + v };
+        (t, u.min(v).ge(l.f(0.0)) & upper.le(l.f(1.0)))
+    }
+}
+
+/// How many numbers [`Facet::numbers`] are.
+pub const FACET_NUMBERS: usize = 13;
+
+/// A facet in every lane, the same or another one in each.
+#[derive(Clone, Copy)]
+pub struct FacetLanes<L: Lanes> {
+    /// Corner.
+    pub p0: V3<L>,
+    /// Unit normal.
+    pub normal: V3<L>,
+    /// Gives the first coordinate in the facet.
+    pub u_axis: V3<L>,
+    /// Gives the second coordinate.
+    pub v_axis: V3<L>,
+    /// 1 for a triangle, 0 for a parallelogram.
+    pub triangle: L::F,
+}
+
+impl<L: Lanes> FacetLanes<L> {
+    /// As [`Facet::intersect`], and the same bits.
+    #[inline(always)]
+    pub fn intersect(&self, l: L, origin: V3<L>, dir: V3<L>) -> (L::F, L::M) {
+        let from_p0 = origin - self.p0;
+        let t = -(self.normal.dot(from_p0)) / self.normal.dot(dir);
+        let q = dir.scale_add(t, from_p0);
+        let (u, v) = (self.u_axis.dot(q), self.v_axis.dot(q));
+        // Either the larger of the two or, with the smaller one added, their sum.
+        let upper = u.min(v).mul_add(self.triangle, u.max(v));
         (t, u.min(v).ge(l.f(0.0)) & upper.le(l.f(1.0)))
     }
 }
@@ -113,16 +152,40 @@ impl Ball {
     /// smallest lights (radius 0.03 at distance 15) to cancellation in f32.
     #[inline(always)]
     pub fn chord<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
-        let to_center = V3::splat(l, self.center) - origin;
-        let along = to_center.dot(dir);
-        let off = to_center - dir * along;
-        (along, l.f(self.radius * self.radius) - off.dot(off))
+        BallLanes { center: V3::splat(l, self.center), radius2: l.f(self.radius * self.radius) }.chord(origin, dir)
     }
 
     /// Nearest intersection beyond `t_min`; infinite if there is none.
     #[inline(always)]
     pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> L::F {
-        let (along, half2) = self.chord(l, origin, dir);
+        let ball = BallLanes { center: V3::splat(l, self.center), radius2: l.f(self.radius * self.radius) };
+        ball.nearest(l, origin, dir, t_min)
+    }
+}
+
+/// A sphere in every lane, the same or another one in each.
+#[derive(Clone, Copy)]
+pub struct BallLanes<L: Lanes> {
+    /// Centre.
+    pub center: V3<L>,
+    /// Square of the radius.
+    pub radius2: L::F,
+}
+
+impl<L: Lanes> BallLanes<L> {
+    /// See [`Ball::chord`].
+    #[inline(always)]
+    fn chord(&self, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
+        let to_center = self.center - origin;
+        let along = to_center.dot(dir);
+        let off = to_center - dir * along;
+        (along, self.radius2 - off.dot(off))
+    }
+
+    /// Nearest intersection beyond `t_min`; infinite if there is none.
+    #[inline(always)]
+    pub fn nearest(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> L::F {
+        let (along, half2) = self.chord(origin, dir);
         let half = half2.max(l.f(0.0)).sqrt();
         let (near, far) = (along - half, along + half);
         let meets = half2.ge(l.f(0.0));

@@ -1,0 +1,824 @@
+//! The tree over the primitives of a large scene, and the one walk that answers both questions asked of it.
+//!
+//! A node has sixteen children. Their boxes lie side by side, so that sixteen lanes test either one
+//! ray against all children, or sixteen rays against one child; the same goes for the primitives of a
+//! leaf. A packet of rays is walked in two ways:
+//!
+//! - *together*, as long as many rays that point into the same octant are in the same node. One bound
+//!   for the whole packet, sixteen children at a time, says which children are worth a look.
+//! - *one by one*, as soon as there are few.
+//!
+//! **What a ray meets is a matter of that ray alone**, whichever rays share its packet and whichever way
+//! it is walked. That holds because it is defined without an order: a ray meets a primitive if it
+//! passes the box of the primitive's leaf and then [`FacetLanes::intersect`] says so; the distance
+//! counts as no less than where it enters that box; of equal distances the lower number wins. All box
+//! tests are monotone: rounding never lets a ray enter a child earlier than its parent, nor the bound
+//! of a packet lie above that of a ray. So no box that is passed over holds a primitive that would
+//! have won.
+
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+use crate::geometry::Nearest;
+use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
+use crate::shape::{Ball, BallLanes, FACET_NUMBERS, Facet, FacetLanes};
+
+/// Children of a node.
+const FAN: usize = 16;
+
+/// Most primitives of a leaf. More make rays one by one faster (a sixth at 16) and packets slower.
+const LEAF: usize = 8;
+
+/// So many rays of one octant make a packet. 6 is as good; never to make one costs even diffuse rays a tenth.
+const TOGETHER: u32 = 10;
+
+/// So few rays in a node go on one by one.
+const ALONE: u32 = 2;
+
+/// Levels of nodes that follow the clusters of the builder. What lies deeper is cut into halves, so
+/// that a tree has at most [`LEVELS`] levels, whatever its shape.
+const CLUSTERED: usize = 10;
+
+/// Most levels of nodes: 16^7 is more than all primitives there can be.
+const LEVELS: usize = CLUSTERED + 7;
+
+/// Most children waiting: all but one of each level's, and one.
+const STACK: usize = LEVELS * (FAN - 1) + 1;
+
+/// Numbers that a ball's leaf holds: centre and square of the radius.
+const BALL_NUMBERS: usize = 4;
+
+/// Half of what a ray's passage through a box is widened by at either end: four roundings.
+const WIDER: f32 = 4.0 * f32::EPSILON;
+
+/// What the lowest bits of a child say: it is a node; or a leaf of balls, else of facets, and one less than
+/// how many. The other bits are the number of its node or first primitive.
+const INNER: u32 = 0x20;
+/// See [`INNER`].
+const BALLS: u32 = 0x10;
+/// How many bits that takes.
+const KIND_BITS: u32 = 6;
+
+/// Numbers that a leaf is read from: its own, and what lanes beyond the last primitive fall on.
+const WINDOW: usize = LEAF * FACET_NUMBERS + PACKET;
+
+/// The only child of the first node (see [`child_key`]): where all walks start.
+const ROOT: u64 = 0;
+
+/// Sixteen children.
+#[derive(Clone)]
+#[repr(C, align(64))]
+struct Node {
+    /// Least x, y, z and largest x, y, z of each child's box; empty where there is no child.
+    planes: [[f32; FAN]; 6],
+    /// See [`INNER`].
+    child: [u32; FAN],
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        planes: [
+            [f32::INFINITY; FAN],
+            [f32::INFINITY; FAN],
+            [f32::INFINITY; FAN],
+            [f32::NEG_INFINITY; FAN],
+            [f32::NEG_INFINITY; FAN],
+            [f32::NEG_INFINITY; FAN],
+        ],
+        child: [0; FAN],
+    };
+}
+
+/// A tree over facets and balls, in whose order it has put them.
+pub struct Tree {
+    nodes: Vec<Node>,
+    /// [`Facet::numbers`] of each leaf: all first ones, all second ones, ...
+    facets: Vec<f32>,
+    /// The same for balls.
+    balls: Vec<f32>,
+    /// Number of facets: balls are numbered after them.
+    first_ball: u32,
+}
+
+// ---------------------------------------------------------------------------------------------
+// Building
+
+/// Primitives that are to become a child.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Where they are in the order of the binary tree.
+    first: usize,
+    count: usize,
+    /// Node of the binary tree; `None` where that is not followed.
+    node: Option<u32>,
+    bounds: Aabb,
+}
+
+/// The binary tree that the tree is made from.
+struct Binary<'a> {
+    tree: Bvh2,
+    boxes: &'a [Aabb],
+    /// Primitives in the order of the leaves.
+    order: Vec<u32>,
+    /// First primitive and number of primitives of each node.
+    ranges: Vec<[u32; 2]>,
+    /// How many balls are among the first primitives.
+    balls_before: Vec<u32>,
+}
+
+impl<'a> Binary<'a> {
+    fn new(boxes: &'a [Aabb], first_ball: usize) -> Self {
+        let indices = (0..boxes.len() as u32).collect();
+        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+            PlocSearchDistance::Low,
+            boxes,
+            indices,
+            SortPrecision::U64,
+            0,
+        );
+        ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
+        let mut order = Vec::with_capacity(boxes.len());
+        let mut ranges = vec![[0; 2]; tree.nodes.len()];
+        // Down on the way in, up on the way out: a node is there twice, the second time marked.
+        const OUT: u32 = 1 << 31;
+        let mut stack = vec![0];
+        while let Some(at) = stack.pop() {
+            let id = (at & !OUT) as usize;
+            let node = tree.nodes[id];
+            if at & OUT != 0 {
+                ranges[id][1] = order.len() as u32 - ranges[id][0];
+                continue;
+            }
+            ranges[id] = [order.len() as u32, node.prim_count];
+            if node.prim_count > 0 {
+                let first = node.first_index as usize;
+                order.extend_from_slice(&tree.primitive_indices[first..first + node.prim_count as usize]);
+            } else {
+                stack.extend([at | OUT, node.first_index + 1, node.first_index]);
+            }
+        }
+        let mut balls_before = Vec::with_capacity(order.len() + 1);
+        let mut balls = 0;
+        for &id in &order {
+            balls_before.push(balls);
+            balls += u32::from(id as usize >= first_ball);
+        }
+        balls_before.push(balls);
+        Self { tree, boxes, order, ranges, balls_before }
+    }
+
+    fn part(&self, node: u32) -> Part {
+        let [first, count] = self.ranges[node as usize].map(|v| v as usize);
+        Part { first, count, node: Some(node), bounds: self.tree.nodes[node as usize].aabb }
+    }
+
+    /// `None` if there are facets and balls.
+    fn are_balls(&self, part: &Part) -> Option<bool> {
+        let balls = self.balls_before[part.first + part.count] - self.balls_before[part.first];
+        if balls == 0 {
+            Some(false)
+        } else if balls as usize == part.count {
+            Some(true)
+        } else {
+            None
+        }
+    }
+
+    fn may_be_leaf(&self, part: &Part) -> bool {
+        part.count <= LEAF && self.are_balls(part).is_some()
+    }
+
+    /// Cuts a part in two.
+    fn cut(&self, part: &Part) -> [Part; 2] {
+        if let Some(node) = part.node.map(|node| self.tree.nodes[node as usize])
+            && node.prim_count == 0
+        {
+            return [self.part(node.first_index), self.part(node.first_index + 1)];
+        }
+        let half = part.count / 2;
+        [(part.first, half), (part.first + half, part.count - half)].map(|(first, count)| {
+            let mut bounds = Aabb::empty();
+            for &id in &self.order[first..first + count] {
+                bounds = bounds.union(&self.boxes[id as usize]);
+            }
+            Part { first, count, node: None, bounds }
+        })
+    }
+
+    /// The children of a part: it is cut again and again, where the box is largest.
+    fn children(&self, part: Part) -> Vec<Part> {
+        let mut parts = vec![part];
+        if self.may_be_leaf(&part) {
+            return parts;
+        }
+        while parts.len() < FAN {
+            let open = parts.iter().enumerate().filter(|(_, part)| !self.may_be_leaf(part));
+            let area = |part: &Part| part.bounds.half_area();
+            let Some((i, _)) = open.max_by(|(_, a), (_, b)| area(a).total_cmp(&area(b))) else { break };
+            let [a, b] = self.cut(&parts[i]);
+            parts[i] = a;
+            parts.insert(i + 1, b);
+        }
+        parts
+    }
+}
+
+/// The corners of a box, moved apart by two roundings of its largest coordinate: hits are computed, too. Boxes
+/// within boxes stay so.
+fn padded(bounds: &Aabb) -> [Vec3; 2] {
+    let (min, max) = (Vec3::from(bounds.min), Vec3::from(bounds.max));
+    let pad = 2.0 * f32::EPSILON * min.abs().max(max.abs()).max_element();
+    [min - pad, max + pad]
+}
+
+impl Tree {
+    /// Builds the tree and puts the primitives, at least one, into its order.
+    pub fn new(facets: &mut Vec<Facet>, balls: &mut Vec<Ball>) -> Self {
+        let facet_boxes = facets.iter().map(|f| {
+            f.corners().fold(Aabb::empty(), |mut b, p| {
+                b.extend(p.into());
+                b
+            })
+        });
+        let ball_boxes =
+            balls.iter().map(|b| Aabb::new(Vec3A::from(b.center) - b.radius, Vec3A::from(b.center) + b.radius));
+        let boxes: Vec<Aabb> = facet_boxes.chain(ball_boxes).collect();
+        let binary = Binary::new(&boxes, facets.len());
+
+        let mut tree = Self {
+            nodes: vec![Node::EMPTY, Node::EMPTY],
+            facets: Vec::new(),
+            balls: Vec::new(),
+            first_ball: facets.len() as u32,
+        };
+        tree.facets.reserve_exact(facets.len() * FACET_NUMBERS + WINDOW);
+        tree.balls.reserve_exact(balls.len() * BALL_NUMBERS + WINDOW);
+        let (mut facet_order, mut ball_order) = (Vec::new(), Vec::new());
+        tree.nodes[0].child[0] = 1 << KIND_BITS | INNER;
+        for axis in 0..3 {
+            tree.nodes[0].planes[axis][0] = f32::NEG_INFINITY;
+            tree.nodes[0].planes[axis + 3][0] = f32::INFINITY;
+        }
+        let mut todo = vec![(1, binary.part(0), 1)];
+        while let Some((at, part, level)) = todo.pop() {
+            let follow = level < CLUSTERED;
+            let part = Part { node: part.node.filter(|_| follow), ..part };
+            let children = binary.children(part);
+            let first_inner = todo.len();
+            for (i, child) in children.iter().enumerate() {
+                let [min, max] = padded(&child.bounds);
+                for axis in 0..3 {
+                    tree.nodes[at].planes[axis][i] = min[axis];
+                    tree.nodes[at].planes[axis + 3][i] = max[axis];
+                }
+                let ids = &binary.order[child.first..child.first + child.count];
+                match binary.are_balls(child).filter(|_| child.count <= LEAF) {
+                    None => {
+                        tree.nodes[at].child[i] = (tree.nodes.len() as u32) << KIND_BITS | INNER;
+                        todo.push((tree.nodes.len(), *child, level + 1));
+                        tree.nodes.push(Node::EMPTY);
+                    }
+                    Some(false) => {
+                        let first = facet_order.len() as u32;
+                        tree.nodes[at].child[i] = first << KIND_BITS | (ids.len() - 1) as u32;
+                        facet_order.extend(ids.iter().map(|&id| facets[id as usize]));
+                        let leaf = &facet_order[facet_order.len() - ids.len()..];
+                        for number in 0..FACET_NUMBERS {
+                            tree.facets.extend(leaf.iter().map(|f: &Facet| f.numbers()[number]));
+                        }
+                    }
+                    Some(true) => {
+                        let first = ball_order.len() as u32;
+                        tree.nodes[at].child[i] = first << KIND_BITS | BALLS | (ids.len() - 1) as u32;
+                        ball_order.extend(ids.iter().map(|&id| balls[id as usize - facets.len()]));
+                        let leaf = &ball_order[ball_order.len() - ids.len()..];
+                        for axis in 0..3 {
+                            tree.balls.extend(leaf.iter().map(|b: &Ball| b.center[axis]));
+                        }
+                        tree.balls.extend(leaf.iter().map(|b| b.radius * b.radius));
+                    }
+                }
+            }
+            // The first one next: neighbours in space are neighbours in memory.
+            todo[first_inner..].reverse();
+        }
+        // Lanes read beyond the last leaf.
+        tree.facets.extend([0.0; WINDOW]);
+        tree.balls.extend([0.0; WINDOW]);
+        *facets = facet_order;
+        *balls = ball_order;
+        tree
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+}
+
+// ---------------------------------------------------------------------------------------------
+// Walking
+
+/// Rays, and what they have met so far.
+struct Rays<L: Lanes> {
+    origin: V3<L>,
+    dir: V3<L>,
+    inverse: V3<L>,
+    best: Nearest<L>,
+    /// The same numbers, for walking one by one: origin, direction, inverse.
+    numbers: [[f32; PACKET]; 9],
+}
+
+/// One ray, in all lanes.
+#[derive(Clone, Copy)]
+struct Ray<L: Lanes> {
+    origin: V3<L>,
+    dir: V3<L>,
+    inverse: V3<L>,
+}
+
+/// A number for each child, in one line of the cache: what lanes write there is read back soon.
+#[repr(align(64))]
+struct Row([f32; FAN]);
+
+/// Children waiting to be looked at, the last one first.
+struct Waiting {
+    /// Where the first ray enters (as bits; the larger, the farther), then the child.
+    children: [u64; STACK],
+    /// Which rays of the packet.
+    lanes: [u32; STACK],
+}
+
+/// Child `i` of a node, and where it is entered.
+#[inline(always)]
+fn child_key(node: usize, i: usize, enters: f32) -> u64 {
+    u64::from(enters.to_bits()) << 32 | (node * FAN + i) as u64
+}
+
+/// The inverse of [`child_key`].
+#[inline(always)]
+fn child_of_key(key: u64) -> (usize, usize, f32) {
+    let child = key as u32 as usize;
+    (child / FAN, child % FAN, f32::from_bits((key >> 32) as u32))
+}
+
+/// `1 / d`, with zeros moved off zero so that no test multiplies zero by infinity.
+#[inline(always)]
+fn reciprocal<L: Lanes>(l: L, d: V3<L>) -> V3<L> {
+    let tiny = l.f(1e-20);
+    let one = l.f(1.0);
+    V3 {
+        x: one / d.x.abs().lt(tiny).select(tiny, d.x),
+        y: one / d.y.abs().lt(tiny).select(tiny, d.y),
+        z: one / d.z.abs().lt(tiny).select(tiny, d.z),
+    }
+}
+
+/// Where rays enter and leave a box, widened, from the distances along the three axes.
+#[inline(always)]
+fn passage<L: Lanes>(l: L, near: V3<L>, far: V3<L>) -> (L::F, L::F) {
+    let enter = near.x.max(near.y).max(near.z.max(l.f(0.0)));
+    let leave = far.x.min(far.y).min(far.z);
+    (enter * (1.0 - WIDER), leave * (1.0 + WIDER))
+}
+
+impl Tree {
+    /// What each ray meets first, nearer than `t_max` or just there; with `ANY` the distance becomes
+    /// minus infinity where anything nearer than `t_max` is met. Rays with a negative `t_max` meet nothing.
+    #[inline(always)]
+    pub fn walk<L: Lanes, const ANY: bool>(&self, l: L, origin: V3<L>, dir: V3<L>, t_max: L::F) -> Nearest<L> {
+        let inverse = reciprocal(l, dir);
+        let mut numbers = [[0.0; PACKET]; 9];
+        let [a, b, c, d, e, f, g, h, i] = &mut numbers;
+        origin.x.store(a);
+        origin.y.store(b);
+        origin.z.store(c);
+        dir.x.store(d);
+        dir.y.store(e);
+        dir.z.store(f);
+        inverse.x.store(g);
+        inverse.y.store(h);
+        inverse.z.store(i);
+        let mut rays = Rays { origin, dir, inverse, best: Nearest { t: t_max, id: l.u(0) }, numbers };
+        let mut waiting = Waiting { children: [0; STACK], lanes: [0; STACK] };
+        let zero = l.f(0.0);
+        let negative = [inverse.x.lt(zero).bits(), inverse.y.lt(zero).bits(), inverse.z.lt(zero).bits()];
+        let mut todo = t_max.ge(zero).bits();
+        while todo != 0 {
+            let first = todo.trailing_zeros();
+            let mut octant = todo;
+            let mut signs = [false; 3];
+            for axis in 0..3 {
+                signs[axis] = negative[axis] >> first & 1 == 1;
+                octant &= if signs[axis] { negative[axis] } else { !negative[axis] };
+            }
+            todo &= !octant;
+            if octant.count_ones() >= TOGETHER {
+                self.walk_together::<L, ANY>(l, &mut rays, signs, octant, &mut waiting);
+            } else {
+                self.walk_alone::<L, ANY>(l, &mut rays, signs, octant, (ROOT, &[0.0; PACKET]), &mut waiting.children);
+            }
+        }
+        rays.best
+    }
+
+    /// Walks the rays of `lanes`, which point into the octant of these `signs`.
+    #[inline(always)]
+    fn walk_together<L: Lanes, const ANY: bool>(
+        &self,
+        l: L,
+        rays: &mut Rays<L>,
+        signs: [bool; 3],
+        lanes: u32,
+        waiting: &mut Waiting,
+    ) {
+        let beam = Beam::new(l, rays, signs, lanes);
+        let Rays { origin, inverse, .. } = *rays;
+        let (near, far) = beam.planes;
+        waiting.children[0] = ROOT;
+        waiting.lanes[0] = lanes;
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let (node, i, enters) = child_of_key(waiting.children[depth]);
+            let asked = l.mask(waiting.lanes[depth]) & rays.best.t.ge(l.f(enters));
+            if !asked.any() {
+                continue;
+            }
+            let planes = &self.nodes[node].planes;
+            let from = V3 {
+                x: (l.f(planes[near[0]][i]) - origin.x) * inverse.x,
+                y: (l.f(planes[near[1]][i]) - origin.y) * inverse.y,
+                z: (l.f(planes[near[2]][i]) - origin.z) * inverse.z,
+            };
+            let to = V3 {
+                x: (l.f(planes[far[0]][i]) - origin.x) * inverse.x,
+                y: (l.f(planes[far[1]][i]) - origin.y) * inverse.y,
+                z: (l.f(planes[far[2]][i]) - origin.z) * inverse.z,
+            };
+            let (enter, leave) = passage(l, from, to);
+            let inside = asked & enter.le(leave.min(rays.best.t));
+            let bits = inside.bits();
+            if bits == 0 {
+                continue;
+            }
+            let child = self.nodes[node].child[i];
+            if bits.count_ones() <= ALONE {
+                let mut entered = [0.0; PACKET];
+                enter.store(&mut entered);
+                let start = (child_key(node, i, 0.0), &entered);
+                self.walk_alone::<L, ANY>(l, rays, signs, bits, start, &mut waiting.children[depth..]);
+            } else if child & INNER != 0 {
+                let at = (child >> KIND_BITS) as usize;
+                depth = self.push_children(l, at, bits, &beam, waiting, depth);
+            } else {
+                self.meet_together::<L, ANY>(l, rays, child, inside, enter);
+            }
+        }
+    }
+
+    /// Puts the children that rays of the packet may enter on the stack, the nearest on top; returns the new
+    /// depth.
+    #[inline(always)]
+    fn push_children<L: Lanes>(
+        &self,
+        l: L,
+        at: usize,
+        lanes: u32,
+        beam: &Beam<L>,
+        waiting: &mut Waiting,
+        mut depth: usize,
+    ) -> usize {
+        let (near, far) = beam.planes;
+        let planes = &self.nodes[at].planes;
+        let mut enters = Row([0.0; FAN]);
+        let mut todo = 0;
+        let mut k = 0;
+        while k < FAN {
+            let from = V3 {
+                x: least_product(l.load(&planes[near[0]][k..]) - beam.near.x, beam.least.x, beam.largest.x),
+                y: least_product(l.load(&planes[near[1]][k..]) - beam.near.y, beam.least.y, beam.largest.y),
+                z: least_product(l.load(&planes[near[2]][k..]) - beam.near.z, beam.least.z, beam.largest.z),
+            };
+            let to = V3 {
+                x: largest_product(l.load(&planes[far[0]][k..]) - beam.far.x, beam.least.x, beam.largest.x),
+                y: largest_product(l.load(&planes[far[1]][k..]) - beam.far.y, beam.least.y, beam.largest.y),
+                z: largest_product(l.load(&planes[far[2]][k..]) - beam.far.z, beam.least.z, beam.largest.z),
+            };
+            let (enter, leave) = passage(l, from, to);
+            enter.store(&mut enters.0[k..]);
+            todo |= enter.le(leave).bits() << k;
+            k += L::N;
+        }
+        let bottom = depth;
+        while todo != 0 {
+            let i = todo.trailing_zeros() as usize;
+            todo &= todo - 1;
+            insert(&mut waiting.children, bottom, depth, child_key(at, i, enters.0[i]));
+            waiting.lanes[depth] = lanes;
+            depth += 1;
+        }
+        depth
+    }
+
+    /// Asks the primitives of a leaf for the rays of `inside`, which enter its box at `enter`.
+    #[inline(always)]
+    fn meet_together<L: Lanes, const ANY: bool>(
+        &self,
+        l: L,
+        rays: &mut Rays<L>,
+        child: u32,
+        inside: L::M,
+        enter: L::F,
+    ) {
+        let zero = l.f(0.0);
+        let (first, n) = leaf(child);
+        if child & BALLS == 0 {
+            let numbers = window(&self.facets, first as usize * FACET_NUMBERS);
+            for i in 0..n {
+                let facet = FacetLanes {
+                    p0: V3 { x: l.f(numbers[i]), y: l.f(numbers[n + i]), z: l.f(numbers[2 * n + i]) },
+                    normal: V3 { x: l.f(numbers[3 * n + i]), y: l.f(numbers[4 * n + i]), z: l.f(numbers[5 * n + i]) },
+                    u_axis: V3 { x: l.f(numbers[6 * n + i]), y: l.f(numbers[7 * n + i]), z: l.f(numbers[8 * n + i]) },
+                    v_axis: V3 { x: l.f(numbers[9 * n + i]), y: l.f(numbers[10 * n + i]), z: l.f(numbers[11 * n + i]) },
+                    triangle: l.f(numbers[12 * n + i]),
+                };
+                let (t, hit) = facet.intersect(l, rays.origin, rays.dir);
+                rays.take::<ANY>(l, t.max(enter), hit & t.gt(zero) & inside, first + i as u32);
+            }
+        } else {
+            let numbers = window(&self.balls, first as usize * BALL_NUMBERS);
+            for i in 0..n {
+                let center = V3 { x: l.f(numbers[i]), y: l.f(numbers[n + i]), z: l.f(numbers[2 * n + i]) };
+                let ball = BallLanes { center, radius2: l.f(numbers[3 * n + i]) };
+                let t = ball.nearest(l, rays.origin, rays.dir, zero);
+                let hit = t.lt(l.f(f32::INFINITY)) & inside;
+                rays.take::<ANY>(l, t.max(enter), hit, self.first_ball + first + i as u32);
+            }
+        }
+    }
+
+    /// Walks the rays of `lanes` one by one, from a child that they enter at given distances.
+    #[inline(always)]
+    fn walk_alone<L: Lanes, const ANY: bool>(
+        &self,
+        l: L,
+        rays: &mut Rays<L>,
+        signs: [bool; 3],
+        mut lanes: u32,
+        start: (u64, &[f32; PACKET]),
+        waiting: &mut [u64],
+    ) {
+        let (near, far) = near_and_far(signs);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let numbers = &rays.numbers;
+            let ray = Ray {
+                origin: V3 { x: l.f(numbers[0][lane]), y: l.f(numbers[1][lane]), z: l.f(numbers[2][lane]) },
+                dir: V3 { x: l.f(numbers[3][lane]), y: l.f(numbers[4][lane]), z: l.f(numbers[5][lane]) },
+                inverse: V3 { x: l.f(numbers[6][lane]), y: l.f(numbers[7][lane]), z: l.f(numbers[8][lane]) },
+            };
+            let mut best = (rays.best.t.lane(lane), rays.best.id.lane(lane));
+            waiting[0] = start.0 | u64::from(start.1[lane].to_bits()) << 32;
+            let mut depth = 1;
+            'ray: while depth > 0 {
+                depth -= 1;
+                let (mut node, mut i, mut enter) = child_of_key(waiting[depth]);
+                if enter > best.0 {
+                    continue;
+                }
+                // Down to a leaf, past children that have to wait.
+                loop {
+                    let child = self.nodes[node].child[i];
+                    if child & INNER == 0 {
+                        best = self.meet_alone::<L, ANY>(l, &ray, child, enter, best);
+                        if ANY && best.0 < 0.0 {
+                            break 'ray;
+                        }
+                        break;
+                    }
+                    let at = (child >> KIND_BITS) as usize;
+                    let (mut todo, enters) = self.entered(l, at, &ray, [near, far], best.0);
+                    if todo == 0 {
+                        break;
+                    }
+                    let first = todo.trailing_zeros() as usize;
+                    let mut nearest = child_key(at, first, enters.0[first]);
+                    todo &= todo - 1;
+                    while todo != 0 {
+                        let other = todo.trailing_zeros() as usize;
+                        todo &= todo - 1;
+                        let key = child_key(at, other, enters.0[other]);
+                        waiting[depth] = key.max(nearest);
+                        nearest = key.min(nearest);
+                        depth += 1;
+                    }
+                    (node, i, enter) = child_of_key(nearest);
+                }
+            }
+            let here = l.mask(1 << lane);
+            rays.best.t = here.select(l.f(best.0), rays.best.t);
+            rays.best.id = here.select_u(l.u(best.1), rays.best.id);
+        }
+    }
+
+    /// The children (bit i is child i) that a ray enters nearer than `t_max` or just there, and where.
+    #[inline(always)]
+    fn entered<L: Lanes>(&self, l: L, at: usize, ray: &Ray<L>, [near, far]: [[usize; 3]; 2], t_max: f32) -> (u32, Row) {
+        let planes = &self.nodes[at].planes;
+        let mut enters = Row([0.0; FAN]);
+        let mut entered = 0;
+        let mut k = 0;
+        while k < FAN {
+            let from = V3 {
+                x: (l.load(&planes[near[0]][k..]) - ray.origin.x) * ray.inverse.x,
+                y: (l.load(&planes[near[1]][k..]) - ray.origin.y) * ray.inverse.y,
+                z: (l.load(&planes[near[2]][k..]) - ray.origin.z) * ray.inverse.z,
+            };
+            let to = V3 {
+                x: (l.load(&planes[far[0]][k..]) - ray.origin.x) * ray.inverse.x,
+                y: (l.load(&planes[far[1]][k..]) - ray.origin.y) * ray.inverse.y,
+                z: (l.load(&planes[far[2]][k..]) - ray.origin.z) * ray.inverse.z,
+            };
+            let (enter, leave) = passage(l, from, to);
+            enter.store(&mut enters.0[k..]);
+            entered |= enter.le(leave.min(l.f(t_max))).bits() << k;
+            k += L::N;
+        }
+        (entered, enters)
+    }
+
+    /// Asks the primitives of a leaf for one ray, which enters its box at `enter`.
+    #[inline(always)]
+    fn meet_alone<L: Lanes, const ANY: bool>(
+        &self,
+        l: L,
+        ray: &Ray<L>,
+        child: u32,
+        enter: f32,
+        mut best: (f32, u32),
+    ) -> (f32, u32) {
+        let zero = l.f(0.0);
+        let infinite = l.f(f32::INFINITY);
+        let (first, n) = leaf(child);
+        let mut k = 0;
+        while k < n {
+            let (t, hit, id) = if child & BALLS == 0 {
+                let numbers = window(&self.facets, first as usize * FACET_NUMBERS + k);
+                let facet = FacetLanes {
+                    p0: load(l, numbers, n, 0),
+                    normal: load(l, numbers, n, 3),
+                    u_axis: load(l, numbers, n, 6),
+                    v_axis: load(l, numbers, n, 9),
+                    triangle: l.load(&numbers[12 * n..]),
+                };
+                let (t, hit) = facet.intersect(l, ray.origin, ray.dir);
+                (t, hit & t.gt(zero), first)
+            } else {
+                let numbers = window(&self.balls, first as usize * BALL_NUMBERS + k);
+                let ball = BallLanes { center: load(l, numbers, n, 0), radius2: l.load(&numbers[3 * n..]) };
+                let t = ball.nearest(l, ray.origin, ray.dir, zero);
+                (t, t.lt(infinite), self.first_ball + first)
+            };
+            let t = t.max(l.f(enter));
+            let hit = hit & t.le(l.f(best.0)) & l.iota().lt(l.u((n - k) as u32));
+            if hit.any() {
+                let t = hit.select(t, infinite);
+                let least = t.least();
+                let id = id + k as u32 + t.le(l.f(least)).bits().trailing_zeros();
+                if ANY {
+                    if least < best.0 {
+                        return (f32::NEG_INFINITY, 0);
+                    }
+                } else if least < best.0 || id < best.1 {
+                    best = (least, id);
+                }
+            }
+            k += L::N;
+        }
+        best
+    }
+}
+
+impl<L: Lanes> Rays<L> {
+    /// Takes note of primitive `id`, met at distance `t` where `hit`.
+    #[inline(always)]
+    fn take<const ANY: bool>(&mut self, l: L, t: L::F, hit: L::M, id: u32) {
+        let best = &mut self.best;
+        if ANY {
+            best.t = (hit & t.lt(best.t)).select(l.f(f32::NEG_INFINITY), best.t);
+        } else {
+            let nearer = hit & t.le(best.t) & (t.lt(best.t) | l.u(id).lt(best.id));
+            best.t = nearer.select(t, best.t);
+            best.id = nearer.select_u(l.u(id), best.id);
+        }
+    }
+}
+
+/// What holds for all rays of a packet that point into one octant.
+struct Beam<L: Lanes> {
+    /// See [`near_and_far`].
+    planes: ([usize; 3], [usize; 3]),
+    /// Along each axis the origin that has come farthest, and the one that lags behind most.
+    near: V3<L>,
+    far: V3<L>,
+    /// Bounds of the inverse directions.
+    least: V3<L>,
+    largest: V3<L>,
+}
+
+impl<L: Lanes> Beam<L> {
+    #[inline(always)]
+    fn new(l: L, rays: &Rays<L>, signs: [bool; 3], lanes: u32) -> Self {
+        let lanes = l.mask(lanes);
+        let (origin, inverse) = (rays.origin, rays.inverse);
+        let (least_x, largest_x) = range(l, origin.x, lanes);
+        let (least_y, largest_y) = range(l, origin.y, lanes);
+        let (least_z, largest_z) = range(l, origin.z, lanes);
+        let (ix0, ix1) = range(l, inverse.x, lanes);
+        let (iy0, iy1) = range(l, inverse.y, lanes);
+        let (iz0, iz1) = range(l, inverse.z, lanes);
+        Self {
+            planes: near_and_far(signs),
+            near: V3 {
+                x: if signs[0] { least_x } else { largest_x },
+                y: if signs[1] { least_y } else { largest_y },
+                z: if signs[2] { least_z } else { largest_z },
+            },
+            far: V3 {
+                x: if signs[0] { largest_x } else { least_x },
+                y: if signs[1] { largest_y } else { least_y },
+                z: if signs[2] { largest_z } else { least_z },
+            },
+            least: V3 { x: ix0, y: iy0, z: iz0 },
+            largest: V3 { x: ix1, y: iy1, z: iz1 },
+        }
+    }
+}
+
+/// Least and largest number of some lanes, in all lanes.
+#[inline(always)]
+fn range<L: Lanes>(l: L, v: L::F, lanes: L::M) -> (L::F, L::F) {
+    let least = lanes.select(v, l.f(f32::INFINITY)).least();
+    let largest = lanes.select(v, l.f(f32::NEG_INFINITY)).largest();
+    (l.f(least), l.f(largest))
+}
+
+/// The least of `x` times numbers from `a` to `b`, which have one sign.
+#[inline(always)]
+fn least_product<F: Real>(x: F, a: F, b: F) -> F {
+    (x * a).min(x * b)
+}
+
+/// The largest of them.
+#[inline(always)]
+fn largest_product<F: Real>(x: F, a: F, b: F) -> F {
+    (x * a).max(x * b)
+}
+
+/// First primitive of a leaf and how many there are: visibly at most [`LEAF`], which spares checks of indices.
+#[inline(always)]
+fn leaf(child: u32) -> (u32, usize) {
+    (child >> KIND_BITS, child as usize % LEAF + 1)
+}
+
+/// Numbers from `at` on.
+#[inline(always)]
+fn window(numbers: &[f32], at: usize) -> &[f32; WINDOW] {
+    numbers[at..].first_chunk().expect("the list goes on for so long after the last leaf")
+}
+
+/// Numbers `3 rows` of a leaf of `n` primitives as a vector.
+#[inline(always)]
+fn load<L: Lanes>(l: L, numbers: &[f32; WINDOW], n: usize, row: usize) -> V3<L> {
+    V3 { x: l.load(&numbers[row * n..]), y: l.load(&numbers[(row + 1) * n..]), z: l.load(&numbers[(row + 2) * n..]) }
+}
+
+/// Indices of the planes through which rays with these signs of direction enter a box, and leave it.
+#[inline(always)]
+fn near_and_far(signs: [bool; 3]) -> ([usize; 3], [usize; 3]) {
+    let mut near = [0, 1, 2];
+    let mut far = [3, 4, 5];
+    for axis in 0..3 {
+        if signs[axis] {
+            near[axis] = axis + 3;
+            far[axis] = axis;
+        }
+    }
+    (near, far)
+}
+
+/// Puts a child among those from `bottom` to `top`, the farthest first.
+#[inline(always)]
+fn insert(children: &mut [u64], bottom: usize, top: usize, key: u64) {
+    let mut at = top;
+    while at > bottom && children[at - 1] < key {
+        children[at] = children[at - 1];
+        at -= 1;
+    }
+    children[at] = key;
+}
