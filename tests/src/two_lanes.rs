@@ -44,6 +44,9 @@ impl Lanes for Two {
     fn load(self, from: &[f32]) -> Floats {
         Floats([from[0], from[1]])
     }
+    fn mask(self, bits: u32) -> Truths {
+        Truths([0, 1].map(|i| bits >> i & 1 == 1))
+    }
     fn gather(self, table: &[f32], index: Integers) -> Floats {
         Floats(index.0.map(|i| table[i as usize]))
     }
@@ -132,6 +135,12 @@ impl Real for Floats {
     }
     fn lane(self, i: usize) -> f32 {
         self.0[i]
+    }
+    fn least(self) -> f32 {
+        self.0[0].min(self.0[1])
+    }
+    fn largest(self) -> f32 {
+        self.0[0].max(self.0[1])
     }
     fn sqrt(self) -> Self {
         Self(self.0.map(f32::sqrt))
