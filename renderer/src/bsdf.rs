@@ -96,6 +96,15 @@ pub struct Surface<'a, L: Lanes> {
     pub material: &'a Material,
 }
 
+impl<'a, L: Lanes> Surface<'a, L> {
+    /// Points with these normals, on either side, met by rays in directions `dir`. Both sides of a surface scatter alike.
+    #[inline(always)]
+    pub fn new(l: L, p: V3<L>, n: V3<L>, dir: V3<L>, material: &'a Material) -> Self {
+        let n = V3::select(n.dot(dir).gt(l.f(0.0)), -n, n);
+        Self { p, n, material }
+    }
+}
+
 impl Material {
     /// True where the specular lobe is a Dirac delta.
     #[inline(always)]
@@ -171,11 +180,15 @@ pub fn evaluate<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, wi: V3<L>) -> Bsd
         let n_h = s.n.dot(h);
         let alpha2 = m.alpha * m.alpha;
         let shape = across.dot(across) + n_h * n_h * alpha2;
-        let half_d = h2 * h2 * (0.5 * FRAC_1_PI * alpha2) / (shape * shape);
+        let narrow = h2 / shape;
+        let half_d = narrow * narrow * (0.5 * FRAC_1_PI * alpha2);
         let s_o = smith(l, alpha2, cos_o);
         let s_i = smith(l, alpha2, cos_i);
-        let lobe = half_d * cos_i / (s_o * cos_i + s_i * cos_o);
-        let lobe_pdf = half_d / (cos_o + s_o);
+        let (masking, one_sided) = (s_o * cos_i + s_i * cos_o, cos_o + s_o);
+        // One division for both quotients.
+        let common = half_d / (masking * one_sided);
+        let lobe = common * one_sided * cos_i;
+        let lobe_pdf = common * masking;
         // cos between half vector and wo: (wo.wo + wo.wi) / |h| = |h| / 2 for unit vectors.
         f_cos = f_cos + m.specular(l, h2) * lobe;
         pdf = pdf + lobe_pdf * specular_prob;
@@ -183,21 +196,18 @@ pub fn evaluate<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, wi: V3<L>) -> Bsd
     BsdfValue { f_cos: V3::select(above, f_cos, V3::all(zero)), pdf: above.select(pdf, zero) }
 }
 
-/// A direction drawn from the BSDF.
-pub struct BsdfSample<L: Lanes> {
-    /// The direction; of unit length, perhaps below the surface (then nothing is reflected).
-    pub wi: V3<L>,
-    /// True where it was drawn from a Dirac lobe.
-    pub dirac: L::M,
-    /// There: the coefficient of the delta in `bsdf cos`, i.e. the mirror's reflectance.
-    pub dirac_f: V3<L>,
-    /// There: the probability of having chosen the Dirac lobe.
-    pub dirac_pmf: L::F,
+/// The mirror's one direction, which only [`sample`] draws: in place of `bsdf cos` the factor of its delta, in place of
+/// a density the probability of having chosen that lobe.
+#[inline(always)]
+pub fn evaluate_mirror<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>) -> BsdfValue<L> {
+    let cos_o = s.n.dot(wo);
+    BsdfValue { f_cos: s.material.specular(l, cos_o * cos_o * 4.0), pdf: l.f(s.material.specular_prob()) }
 }
 
-/// Draws a direction, with the density of [`evaluate`] or, on Dirac lobes, the mirror direction.
+/// Draws a direction, of unit length and perhaps below the surface (then nothing is reflected), with the density of
+/// [`evaluate`]; or a mirror's direction, see [`evaluate_mirror`], where the mask says so.
 #[inline(always)]
-pub fn sample<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> BsdfSample<L> {
+pub fn sample<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> (V3<L>, L::M) {
     let u = random.get_2d(Dimension::Bsdf);
     let m = s.material;
     let specular_prob = l.f(m.specular_prob());
@@ -206,7 +216,7 @@ pub fn sample<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>
         from_specular = random.get_1d(Dimension::Lobe).lt(specular_prob);
     }
     let cos_o = s.n.dot(wo);
-    let (mut wi, mut dirac, mut dirac_f) = (s.n, l.m(false), V3::all(l.f(0.0)));
+    let (mut wi, mut dirac) = (s.n, l.m(false));
 
     if m.has_diffuse || !m.is_dirac() {
         let (t, b) = warp::frame(l, s.n);
@@ -225,9 +235,8 @@ pub fn sample<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>
     if m.is_dirac() {
         dirac = from_specular;
         wi = V3::select(dirac, s.n * (cos_o * 2.0) - wo, wi);
-        dirac_f = m.specular(l, cos_o * cos_o * 4.0);
     }
-    BsdfSample { wi, dirac, dirac_f, dirac_pmf: specular_prob }
+    (wi, dirac)
 }
 
 /// `sqrt(alpha^2 + (1 - alpha^2) cos^2)`: Smith's Lambda is `(s / cos - 1) / 2`.

@@ -1,6 +1,6 @@
 //! From a scene's parameters to the form that packets of rays work on.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::Vec3;
 
@@ -8,9 +8,9 @@ use crate::bsdf::{Material, Surface};
 use crate::camera::Pinhole;
 use crate::error::Error;
 use crate::geometry::Geometry;
-use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
 use crate::light::{Light, LightShape, Lights};
-use crate::patch::{Candidates, Patches};
+use crate::patch::{self, Candidates, Patches};
 use crate::scene::{self, Scene};
 use crate::settings::Settings;
 use crate::shape::{Ball, Facet};
@@ -31,6 +31,10 @@ pub struct BuiltScene {
     pub lights: Lights,
     /// Which of all these matter to a patch of the image.
     pub patches: Patches,
+    /// The answers for all patches asked about so far, row by row.
+    near: Vec<OnceLock<Candidates>>,
+    /// How many patches there are in a row.
+    columns: usize,
     /// How far rays are kept off the surface they start from.
     pub epsilon: f32,
     /// By shape.
@@ -67,17 +71,23 @@ impl Opaque {
 }
 
 /// What a packet of camera rays met.
-pub struct CameraHit<L: Lanes> {
-    /// Where they met it.
-    pub p: V3<L>,
+pub struct CameraHit<'a, L: Lanes> {
     /// True where there is a surface that may reflect.
     pub surface: L::M,
-    /// Number of that surface, for [`BuiltScene::surface`].
-    pub id: L::U,
+    /// Which shape it belongs to, see [`BuiltScene::material`].
+    pub shape: L::U,
+    /// The points met, made of what that of the shape is made of.
+    pub points: Surface<'a, L>,
     /// Radiance of a light met directly, 0 elsewhere.
     pub emitted: V3<L>,
     /// True where a light that shines this way was met.
     pub emits: L::M,
+}
+
+/// One primitive of geometry or lights.
+enum Primitive<'a> {
+    Facet(&'a Facet),
+    Ball(&'a Ball),
 }
 
 impl BuiltScene {
@@ -161,9 +171,12 @@ impl BuiltScene {
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights = Lights::new(lights);
+        let [columns, rows] = settings.resolution.map(|pixels| pixels.div_ceil(patch::SIDE));
         Ok(Self {
             camera,
             patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
+            near: vec![OnceLock::new(); (columns * rows) as usize],
+            columns: columns as usize,
             geometry,
             opaque,
             has_two_lobes: materials.iter().any(Material::has_two_lobes),
@@ -178,19 +191,32 @@ impl BuiltScene {
     #[must_use]
     pub fn without_lists(mut self) -> Self {
         self.patches.forget();
+        self.near.fill(OnceLock::new());
         self
+    }
+
+    /// What can matter to the patch whose first pixel is (x, y).
+    pub fn near(&self, [x, y]: [u32; 2]) -> Candidates {
+        let ask = || self.patches.candidates(&self.camera, [x, y], [x, y].map(|min| min + patch::SIDE));
+        let at = (y / patch::SIDE) as usize * self.columns + (x / patch::SIDE) as usize;
+        self.near.get(at).map_or_else(ask, |known| *known.get_or_init(ask))
     }
 
     /// What each camera ray meets first, all of them rays of the patch with these candidates.
     #[inline(always)]
-    pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<L> {
+    pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<'_, L> {
         let zero = l.f(0.0);
         let origin = V3::splat(l, self.camera.origin);
         if near.covered {
-            let id = near.surfaces.get(0);
-            let t = self.geometry.facets[id].distance(l, origin, dir);
-            let p = dir.scale_add(t, origin);
-            return CameraHit { p, surface: l.m(true), id: l.u(id as u32), emitted: V3::all(zero), emits: l.m(false) };
+            let facet = &self.geometry.facets[near.surfaces.first()];
+            let p = dir.scale_add(facet.distance(l, origin, dir), origin);
+            return CameraHit {
+                surface: l.m(true),
+                shape: l.u(facet.shape),
+                points: on_facet(l, facet, p, dir),
+                emitted: V3::all(zero),
+                emits: l.m(false),
+            };
         }
         let hit = self.geometry.nearest(l, origin, dir, &near.surfaces);
         let (t_light, light, radiance) = self.lights.nearest(l, origin, dir, &near.lights);
@@ -202,34 +228,75 @@ impl BuiltScene {
         let id = is_light.select_u(light + l.u(self.geometry.len() as u32), hit.id);
         let surface = hit.t.lt(l.f(f32::INFINITY)) & !is_light;
         let surface = if self.lights_scatter { surface | is_light } else { surface };
-        CameraHit { p, surface, id, emitted, emits }
+        let (shape, points) = self.points(l, id, surface, p, dir);
+        CameraHit { surface, shape, points, emitted, emits }
     }
 
-    /// The points `p` that rays in directions `dir` met on the surface with this number; `None` if it
-    /// reflects nothing.
+    /// The points `p` that rays in directions `dir` met on the primitives with these numbers, and the shapes that those
+    /// belong to. Most packets meet one primitive; in a fine mesh every ray may meet another.
     #[inline(always)]
-    pub fn surface<L: Lanes>(&self, l: L, id: u32, p: V3<L>, dir: V3<L>) -> Option<Surface<'_, L>> {
-        let id = id as usize;
-        let (facets, primitives) = (self.geometry.facets.len(), self.geometry.len());
-        let (facet, ball) = if id < facets {
-            (Some(&self.geometry.facets[id]), None)
-        } else if id < primitives {
-            (None, Some(&self.geometry.balls[id - facets]))
-        } else {
-            match &self.lights.list[id - primitives].shape {
-                LightShape::Facet(facet) => (Some(facet), None),
-                LightShape::Ball(ball) => (None, Some(ball)),
-            }
-        };
-        let (n, shape) = match (facet, ball) {
-            (Some(facet), _) => (V3::splat(l, facet.normal), facet.shape),
-            (None, Some(ball)) => ((p - V3::splat(l, ball.center)).normalize(l), ball.shape),
-            (None, None) => return None,
-        };
-        // Both sides of a surface scatter alike.
-        let n = V3::select(n.dot(dir).gt(l.f(0.0)), -n, n);
-        let material = &self.materials[shape as usize];
-        material.scatters().then_some(Surface { p, n, material })
+    fn points<L: Lanes>(&self, l: L, id: L::U, met: L::M, p: V3<L>, dir: V3<L>) -> (L::U, Surface<'_, L>) {
+        let mut ids = [0; PACKET];
+        id.store(&mut ids);
+        let mut todo = met.bits();
+        let first = ids[todo.trailing_zeros() as usize % PACKET];
+        if (id.eq(l.u(first)) | !met).all() {
+            return match self.primitive(first) {
+                Some(Primitive::Facet(facet)) => (l.u(facet.shape), on_facet(l, facet, p, dir)),
+                Some(Primitive::Ball(ball)) => {
+                    let n = (p - V3::splat(l, ball.center)).normalize(l);
+                    (l.u(ball.shape), Surface::new(l, p, n, dir, &Material::BLACK))
+                }
+                None => (l.u(0), Surface::new(l, p, -dir, dir, &Material::BLACK)),
+            };
+        }
+        // By lane: normal of a facet or centre of a ball.
+        let (mut x, mut y, mut z, mut shapes) = ([0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0; PACKET]);
+        let mut balls = 0;
+        while todo != 0 {
+            let i = todo.trailing_zeros() as usize;
+            todo &= todo - 1;
+            let v = match self.primitive(ids[i]) {
+                Some(Primitive::Facet(facet)) => {
+                    shapes[i] = facet.shape;
+                    facet.normal
+                }
+                Some(Primitive::Ball(ball)) => {
+                    shapes[i] = ball.shape;
+                    balls |= 1 << i;
+                    ball.center
+                }
+                None => Vec3::Z,
+            };
+            (x[i], y[i], z[i]) = (v.x, v.y, v.z);
+        }
+        let mut n = V3 { x: l.load(&x), y: l.load(&y), z: l.load(&z) };
+        if balls != 0 {
+            n = V3::select(l.mask(balls), (p - n).normalize(l), n);
+        }
+        (l.load_u(&shapes), Surface::new(l, p, n, dir, &Material::BLACK))
+    }
+
+    /// The primitive with that number: facets, balls, lights.
+    #[inline(always)]
+    fn primitive(&self, id: u32) -> Option<Primitive<'_>> {
+        let (id, facets, all) = (id as usize, self.geometry.facets.len(), self.geometry.len());
+        if id < facets {
+            return Some(Primitive::Facet(&self.geometry.facets[id]));
+        }
+        if id < all {
+            return Some(Primitive::Ball(&self.geometry.balls[id - facets]));
+        }
+        Some(match &self.lights.list.get(id - all)?.shape {
+            LightShape::Facet(facet) => Primitive::Facet(facet),
+            LightShape::Ball(ball) => Primitive::Ball(ball),
+        })
+    }
+
+    /// What a shape is made of; `None` if it reflects nothing.
+    #[inline(always)]
+    pub fn material(&self, shape: u32) -> Option<&Material> {
+        self.materials.get(shape as usize).filter(|material| material.scatters())
     }
 
     /// True where nothing opaque lies between the surface point and distance `t` along `wi`.
@@ -246,6 +313,12 @@ impl BuiltScene {
         let origin = s.n.scale_add(l.f(self.epsilon), s.p);
         !self.geometry.blocked(l, origin, wi, t - self.epsilon, wanted, &near.occluders)
     }
+}
+
+/// Points of a facet.
+#[inline(always)]
+fn on_facet<'a, L: Lanes>(l: L, facet: &Facet, p: V3<L>, dir: V3<L>) -> Surface<'a, L> {
+    Surface::new(l, p, V3::splat(l, facet.normal), dir, &Material::BLACK)
 }
 
 fn check_material(material: &scene::Material) -> Result<(), Error> {

@@ -22,7 +22,7 @@
 
 use std::hint::black_box;
 
-use crate::bsdf::{self, Surface};
+use crate::bsdf::{self, BsdfValue, Surface};
 use crate::build::BuiltScene;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::mis;
@@ -34,13 +34,21 @@ use crate::settings::{OneSampleWeights, Settings, Strategy};
 #[derive(Clone, Copy)]
 struct Draw<L: Lanes> {
     wi: V3<L>,
+    /// True where the light technique drew it, false where the BSDF technique did.
+    by_light: L::M,
     /// False where the technique failed to draw one.
     valid: L::M,
-    /// True where it was drawn from a Dirac lobe, with probability `dirac_pmf`; `dirac_f` is the
-    /// factor of the delta.
+    /// True where it was drawn from a Dirac lobe.
     dirac: L::M,
-    dirac_f: V3<L>,
-    dirac_pmf: L::F,
+}
+
+impl<L: Lanes> Draw<L> {
+    /// No direction.
+    #[inline(always)]
+    fn nothing(l: L) -> Self {
+        let no = l.m(false);
+        Self { wi: V3::all(l.f(0.0)), by_light: no, valid: no, dirac: no }
+    }
 }
 
 /// A direction's integrand and both its densities, whichever technique drew it.
@@ -71,17 +79,6 @@ pub struct Contribution<L: Lanes> {
 }
 
 impl<L: Lanes> Contribution<L> {
-    /// This where true, nothing elsewhere.
-    #[inline(always)]
-    fn only(self, l: L, drawn: L::M) -> Self {
-        let zero = l.f(0.0);
-        Self {
-            value: V3::select(drawn, self.value, V3::all(zero)),
-            weight: drawn.select(self.weight, zero),
-            carries: drawn & self.carries,
-        }
-    }
-
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
     fn select(m: L::M, a: &Self, b: &Self) -> Self {
@@ -117,6 +114,15 @@ impl<L: Lanes> Reflected<L> {
     }
 }
 
+/// Probabilities c of the techniques, light and BSDF: those of the one-sample model, else 1.
+#[inline(always)]
+fn technique_probs<L: Lanes>(l: L, settings: &Settings) -> (L::F, L::F) {
+    match settings.strategy {
+        Strategy::Light | Strategy::Bsdf | Strategy::MisAll => (l.f(1.0), l.f(1.0)),
+        Strategy::Mis => (l.f(settings.light_prob), l.f(1.0) - settings.light_prob),
+    }
+}
+
 /// One sample of the radiance that `s` reflects towards `wo`, by the strategy of `settings`.
 #[inline(always)]
 pub fn reflected_radiance<L: Lanes>(
@@ -128,83 +134,94 @@ pub fn reflected_radiance<L: Lanes>(
     random: &Numbers<L>,
     near: &Candidates,
 ) -> Reflected<L> {
-    let one = l.f(1.0);
     let mut reflected = Reflected::nothing(l);
-
     for ray in 0..settings.strategy.rays_per_sample() {
-        // Else the compiler works out every warp of these numbers before the loop, used or not.
-        let random = black_box(random);
-        // Which technique draws this ray (in which lanes), and with what probability c each does.
-        let (by_light, c_light, c_bsdf) = match settings.strategy {
-            Strategy::Light => (l.m(true), one, one),
-            Strategy::Bsdf => (l.m(false), one, one),
-            Strategy::MisAll => (l.m(ray == 0), one, one),
-            Strategy::Mis => {
-                let c = l.f(settings.light_prob);
-                (random.get_1d(Dimension::Technique).lt(c), c, one - c)
-            }
-        };
-        let draw = draw(l, scene, s, wo, by_light, random);
-        let x = candidate(l, scene, s, wo, &draw, near);
-
-        // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
-        let (a_light, a_bsdf) = match settings.weights {
-            OneSampleWeights::Veach => (c_light * x.p.light, c_bsdf * x.p.bsdf),
-            OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
-        };
-        // Everything that follows is about the technique that drew the direction.
-        let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
-        let (p, c) = (by_light.select(x.p.light, x.p.bsdf), by_light.select(c_light, c_bsdf));
-        let weight = match settings.strategy {
-            Strategy::Light | Strategy::Bsdf => one,
-            Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),
-        };
-        let sample = contribution(l, &x, weight, c, p);
-        // A technique draws at most one of the rays.
-        if by_light.any() {
-            reflected.light = sample.only(l, by_light);
-        }
-        if !by_light.all() {
-            reflected.bsdf = sample.only(l, !by_light);
-        }
+        // Else the compiler works out before the loop whatever might be needed inside, used or not.
+        let (s, wo, random) = black_box((s, &wo, random));
+        let draw = draw(l, scene, settings, s, *wo, random, ray);
+        follow(l, scene, settings, (s, *wo), &draw, near, &mut reflected);
     }
     reflected
 }
 
-/// A direction, by the light technique where `by_light`, by the BSDF technique elsewhere.
+/// Draws the direction of secondary ray number `ray` (of `strategy.rays_per_sample()`) from the surface `s`.
 #[inline(always)]
 fn draw<L: Lanes>(
     l: L,
     scene: &BuiltScene,
+    settings: &Settings,
     s: &Surface<'_, L>,
     wo: V3<L>,
-    by_light: L::M,
     random: &Numbers<L>,
+    ray: u32,
 ) -> Draw<L> {
-    let nothing = l.f(0.0);
-    let mut draw =
-        Draw { wi: s.n, valid: l.m(false), dirac: l.m(false), dirac_f: V3::all(nothing), dirac_pmf: nothing };
+    let by_light = match settings.strategy {
+        Strategy::Light => l.m(true),
+        Strategy::Bsdf => l.m(false),
+        Strategy::MisAll => l.m(ray == 0),
+        Strategy::Mis => random.get_1d(Dimension::Technique).lt(technique_probs(l, settings).0),
+    };
+    let mut draw = Draw { by_light, ..Draw::nothing(l) };
     if by_light.any() {
-        draw = light_technique(l, scene, s, random);
+        (draw.wi, draw.valid) = light_technique(l, scene, s, random);
     }
     if !by_light.all() {
-        draw = select(by_light, &draw, &bsdf_technique(l, s, wo, random));
+        let (wi, dirac) = bsdf_technique(l, s, wo, random);
+        draw.wi = V3::select(by_light, draw.wi, wi);
+        draw.valid = draw.valid | !by_light;
+        draw.dirac = dirac & !by_light;
     }
     draw
 }
 
-/// A direction towards a light.
+/// A direction towards a light; false where there is none.
 #[inline(always)]
-fn light_technique<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<'_, L>, random: &Numbers<L>) -> Draw<L> {
-    let (wi, valid) = scene.lights.sample(l, s.p, random);
-    Draw { wi, valid, dirac: l.m(false), dirac_f: V3::all(l.f(0.0)), dirac_pmf: l.f(0.0) }
+fn light_technique<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<'_, L>, random: &Numbers<L>) -> (V3<L>, L::M) {
+    scene.lights.sample(l, s.p, random)
 }
 
-/// A direction by the lobe of the BSDF.
+/// A direction by the lobe of the BSDF; true where it is the one direction of a mirror.
 #[inline(always)]
-fn bsdf_technique<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> Draw<L> {
-    let drawn = bsdf::sample(l, s, wo, random);
-    Draw { wi: drawn.wi, valid: l.m(true), dirac: drawn.dirac, dirac_f: drawn.dirac_f, dirac_pmf: drawn.dirac_pmf }
+fn bsdf_technique<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> (V3<L>, L::M) {
+    bsdf::sample(l, s, wo, random)
+}
+
+/// Follows the ray that was drawn and adds its part to `reflected`.
+#[inline(always)]
+fn follow<L: Lanes>(
+    l: L,
+    scene: &BuiltScene,
+    settings: &Settings,
+    (s, wo): (&Surface<'_, L>, V3<L>),
+    draw: &Draw<L>,
+    near: &Candidates,
+    reflected: &mut Reflected<L>,
+) {
+    let one = l.f(1.0);
+    let x = candidate(l, scene, s, wo, draw, near);
+    let (c_light, c_bsdf) = technique_probs(l, settings);
+
+    // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
+    let (a_light, a_bsdf) = match settings.weights {
+        OneSampleWeights::Veach => (c_light * x.p.light, c_bsdf * x.p.bsdf),
+        OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
+    };
+    // Everything that follows is about the technique that drew the direction.
+    let by_light = draw.by_light;
+    let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
+    let (p, c) = (by_light.select(x.p.light, x.p.bsdf), by_light.select(c_light, c_bsdf));
+    let weight = match settings.strategy {
+        Strategy::Light | Strategy::Bsdf => one,
+        Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),
+    };
+    let sample = contribution(l, &x, weight, c, p);
+    // A technique draws at most one of the rays.
+    if by_light.any() {
+        reflected.light = Contribution::select(by_light, &sample, &reflected.light);
+    }
+    if !by_light.all() {
+        reflected.bsdf = Contribution::select(by_light, &reflected.bsdf, &sample);
+    }
 }
 
 /// The integrand and both densities at a drawn direction: one secondary ray.
@@ -219,11 +236,16 @@ fn candidate<L: Lanes>(
 ) -> Candidate<L> {
     let zero = l.f(0.0);
     let sight = scene.lights.look(l, s.p, draw.wi, l.f(scene.epsilon), near.may_be_blocked());
-    let smooth = bsdf::evaluate(l, s, wo, draw.wi);
-    let bsdf_cos = V3::select(draw.dirac, draw.dirac_f, smooth.f_cos);
-    let p =
-        Densities { light: draw.dirac.select(zero, sight.pdf), bsdf: draw.dirac.select(draw.dirac_pmf, smooth.pdf) };
-    let unshadowed = bsdf_cos.times(sight.radiance);
+    let BsdfValue { mut f_cos, mut pdf } = bsdf::evaluate(l, s, wo, draw.wi);
+    let mut p_light = sight.pdf;
+    if draw.dirac.any() {
+        let mirror = bsdf::evaluate_mirror(l, s, wo);
+        f_cos = V3::select(draw.dirac, mirror.f_cos, f_cos);
+        pdf = draw.dirac.select(mirror.pdf, pdf);
+        p_light = draw.dirac.select(zero, p_light);
+    }
+    let p = Densities { light: p_light, bsdf: pdf };
+    let unshadowed = f_cos.times(sight.radiance);
     // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
     let lit = draw.valid & !(unshadowed.x + unshadowed.y + unshadowed.z).le(zero);
     // Most BSDF samples meet no light: then nothing needs to be asked about visibility.
@@ -240,16 +262,4 @@ fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, c: L::F, p: L::F
     let carries = !p.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
     let value = x.f * (weight / (c * p));
     Contribution { value: V3::select(carries, value, V3::all(zero)), weight: carries.select(weight, zero), carries }
-}
-
-/// `a` where true, `b` elsewhere.
-#[inline(always)]
-fn select<L: Lanes>(m: L::M, a: &Draw<L>, b: &Draw<L>) -> Draw<L> {
-    Draw {
-        wi: V3::select(m, a.wi, b.wi),
-        valid: (m & a.valid) | (!m & b.valid),
-        dirac: (m & a.dirac) | (!m & b.dirac),
-        dirac_f: V3::select(m, a.dirac_f, b.dirac_f),
-        dirac_pmf: m.select(a.dirac_pmf, b.dirac_pmf),
-    }
 }

@@ -199,21 +199,21 @@ fn resolve_tile(tile: &Tile, channel: Channel, bounds: PixelRect, out: &mut [f32
         let mut values = [0.0; PACKET];
         resolve_block(tile, channel, block, &mut values);
         let [x0, y0] = tile.block_corner(block);
-        let columns = tile.bounds.min[0].max(x0)..tile.bounds.max[0].min(x0 + BLOCK);
-        for row in 0..BLOCK {
+        let columns = tile.bounds.min[0].max(x0)..tile.bounds.max[0].min(x0 + BLOCK[0]);
+        for row in 0..BLOCK[1] {
             let y = y0 + row;
             if y < tile.bounds.min[1] || y >= tile.bounds.max[1] {
                 continue;
             }
             let to = (y - bounds.min[1]) as usize * width + (columns.start - bounds.min[0]) as usize;
-            let from = (row * BLOCK + columns.start - x0) as usize;
+            let from = (row * BLOCK[0] + columns.start - x0) as usize;
             let count = columns.len();
             out[to..to + count].copy_from_slice(&values[from..from + count]);
         }
     }
 }
 
-/// The values of one channel at the sixteen pixels of a block, from the sums of the film. Plain
+/// The values of one channel at the pixels of a block, from the sums of the film. Plain
 /// loops over whole blocks: the compiler makes vectors of them.
 #[inline(always)]
 fn resolve_block(tile: &Tile, channel: Channel, block: usize, values: &mut [f32; PACKET]) {

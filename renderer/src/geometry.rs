@@ -5,7 +5,7 @@ use std::fmt;
 
 use glam::Vec3;
 
-use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
 use crate::patch::List;
 use crate::shape::{Ball, Facet};
 use crate::tree::Tree;
@@ -87,19 +87,17 @@ impl Geometry {
             None => {
                 // Facets, then balls: two plain loops, since a choice inside one would carry all vectors
                 // through memory.
-                let mut k = 0;
-                while k < list.len() && list.get(k) < self.facets.len() {
-                    let (t, hit) = self.facets[list.get(k)].intersect(l, origin, dir);
-                    best = nearer(l, list.get(k), t, hit & t.gt(t_min), best);
-                    k += 1;
+                let (mut facets, mut balls) = list.split(self.facets.len());
+                while let Some(id) = facets.take_first() {
+                    let (t, hit) = self.facets[id].intersect(l, origin, dir);
+                    best = nearer(l, id, t, hit & t.gt(t_min), best);
                 }
-                while k < list.len() {
-                    let t = self.balls[list.get(k) - self.facets.len()].nearest(l, origin, dir, t_min);
-                    best = nearer(l, list.get(k), t, l.m(true), best);
-                    k += 1;
+                while let Some(id) = balls.take_first() {
+                    let t = self.balls[id - self.facets.len()].nearest(l, origin, dir, t_min);
+                    best = nearer(l, id, t, l.m(true), best);
                 }
             }
-            Some(tree) => return tree.walk::<L, false>(l, origin, dir, l.f(f32::INFINITY)),
+            Some(tree) => return walk::<L, false>(l, tree, origin, dir, l.f(f32::INFINITY)),
         }
         best
     }
@@ -112,26 +110,46 @@ impl Geometry {
         match &self.tree {
             None => {
                 let zero = l.f(0.0);
-                let mut k = 0;
-                while k < list.len() && list.get(k) < self.facets.len() {
-                    let (t, hit) = self.facets[list.get(k)].intersect(l, origin, dir);
+                let (mut facets, mut balls) = list.split(self.facets.len());
+                while let Some(id) = facets.take_first() {
+                    let (t, hit) = self.facets[id].intersect(l, origin, dir);
                     blocked = blocked | (hit & t.gt(zero) & t.lt(t_max));
-                    k += 1;
                 }
-                while k < list.len() {
-                    let t = self.balls[list.get(k) - self.facets.len()].nearest(l, origin, dir, zero);
+                while let Some(id) = balls.take_first() {
+                    let t = self.balls[id - self.facets.len()].nearest(l, origin, dir, zero);
                     blocked = blocked | t.lt(t_max);
-                    k += 1;
                 }
             }
             Some(tree) => {
                 let asked = wanted & t_max.ge(l.f(0.0));
                 let t_max = asked.select(t_max, l.f(f32::NEG_INFINITY));
-                return asked & tree.walk::<L, true>(l, origin, dir, t_max).t.lt(l.f(0.0));
+                return asked & walk::<L, true>(l, tree, origin, dir, t_max).t.lt(l.f(0.0));
             }
         }
         blocked
     }
+}
+
+/// [`Tree::walk`], as many rays at a time as fill one vector.
+#[inline(always)]
+fn walk<L: Lanes, const ANY: bool>(l: L, tree: &Tree, origin: V3<L>, dir: V3<L>, t_max: L::F) -> Nearest<L> {
+    let part = l.part();
+    let mut numbers = [[0.0; PACKET]; 7];
+    for (to, v) in numbers.iter_mut().zip([origin.x, origin.y, origin.z, dir.x, dir.y, dir.z, t_max]) {
+        v.store(to);
+    }
+    let (mut t, mut id) = ([0.0; PACKET], [0; PACKET]);
+    let mut k = 0;
+    while k < L::N {
+        let [ox, oy, oz, dx, dy, dz, t_max] = &numbers;
+        let origin = V3 { x: part.load(&ox[k..]), y: part.load(&oy[k..]), z: part.load(&oz[k..]) };
+        let dir = V3 { x: part.load(&dx[k..]), y: part.load(&dy[k..]), z: part.load(&dz[k..]) };
+        let hit = tree.walk::<L::Part, ANY>(part, origin, dir, part.load(&t_max[k..]));
+        hit.t.store(&mut t[k..]);
+        hit.id.store(&mut id[k..]);
+        k += L::Part::N;
+    }
+    Nearest { t: l.load(&t), id: l.load_u(&id) }
 }
 
 /// The nearer of what was met so far and primitive `id`, at distance `t` where `hit`.

@@ -2,20 +2,27 @@
 //!
 //! One dispatch to the machine's vector unit per tile (a dispatch costs about 27 ns).
 
+use crate::bsdf::Surface;
 use crate::build::BuiltScene;
 use crate::estimator::{Reflected, reflected_radiance};
 use crate::film::{BLOCK, Sample, Tile};
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::Simd;
+#[cfg(all(target_arch = "x86_64", not(one_lane)))]
+use crate::lanes::Twice;
+#[cfg(not(one_lane))]
+use crate::lanes::Wide;
+#[cfg(not(any(target_arch = "x86_64", one_lane)))]
 use crate::lanes::dispatch;
-use crate::lanes::{Lanes, Level, Mask, PACKET, Simd, Single, Uint, Wide};
-use crate::patch::Candidates;
-use crate::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use crate::lanes::{Lanes, Level, Mask, PACKET, Single, Uint};
+use crate::patch::{Candidates, PATCH};
+use crate::sampler::{Dimension, Numbers, Pixels, Sampler, patch_key, pixel_keys};
 use crate::settings::Settings;
 
 /// How the kernel runs. All ways agree up to the rounding of fused operations.
 #[derive(Clone, Copy, Debug)]
 pub enum Lanewise {
-    /// Sixteen pixels at a time on a vector unit.
+    /// Sixteen pixels at a time on a vector unit, or twice as many on one of 512 bits.
     Wide(Level),
     /// One pixel at a time, scalar code.
     Single,
@@ -42,6 +49,41 @@ impl Lanewise {
         ways
     }
 
+    /// Does a task in lanes. (By hand rather than by `dispatch!`, which would compile it for two more levels that no
+    /// machine of the last ten years needs.)
+    pub fn run<T: Task>(self, task: T) -> T::Output {
+        match self {
+            // `cargo mutants` alone sets this (tests/README.md): to compile one kernel of four for each mutant.
+            #[cfg(one_lane)]
+            Self::Wide(_) | Self::Single => task.run(Single),
+            #[cfg(all(target_arch = "x86_64", not(one_lane)))]
+            Self::Wide(level) => {
+                if let Some(simd) = level.as_avx512() {
+                    simd.vectorize(
+                        #[inline(always)]
+                        || task.run(Twice(Wide(simd))),
+                    )
+                } else if let Some(simd) = level.as_avx2() {
+                    simd.vectorize(
+                        #[inline(always)]
+                        || task.run(Wide(simd)),
+                    )
+                } else if let Some(simd) = level.as_sse4_2() {
+                    simd.vectorize(
+                        #[inline(always)]
+                        || task.run(Wide(simd)),
+                    )
+                } else {
+                    task.run(Single)
+                }
+            }
+            #[cfg(not(any(target_arch = "x86_64", one_lane)))]
+            Self::Wide(level) => dispatch!(level, simd => task.run(Wide(simd))),
+            #[cfg(not(one_lane))]
+            Self::Single => task.run(Single),
+        }
+    }
+
     /// Short name, e.g. "AVX-512".
     pub fn name(self) -> &'static str {
         match self {
@@ -51,39 +93,32 @@ impl Lanewise {
     }
 }
 
+/// Something to be done in lanes. `run` has to be `#[inline(always)]`, as all lane code.
+pub trait Task {
+    /// What comes of it.
+    type Output;
+    /// Does it.
+    fn run<L: Lanes>(self, l: L) -> Self::Output;
+}
+
 /// Adds `count` samples to every pixel of the tile; returns how many were invalid.
 pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
-    // By hand rather than by `dispatch!`, which would compile the kernel for two more levels that
-    // no machine of the last ten years needs.
-    match how {
-        // `cargo mutants` alone sets this (tests/README.md): to compile one kernel of four for each mutant.
-        #[cfg(one_lane)]
-        Lanewise::Wide(_) | Lanewise::Single => add_samples(Single, scene, settings, tile, count),
-        #[cfg(all(target_arch = "x86_64", not(one_lane)))]
-        Lanewise::Wide(level) => {
-            if let Some(simd) = level.as_avx512() {
-                simd.vectorize(
-                    #[inline(always)]
-                    || add_samples(Wide(simd), scene, settings, tile, count),
-                )
-            } else if let Some(simd) = level.as_avx2() {
-                simd.vectorize(
-                    #[inline(always)]
-                    || add_samples(Wide(simd), scene, settings, tile, count),
-                )
-            } else if let Some(simd) = level.as_sse4_2() {
-                simd.vectorize(
-                    #[inline(always)]
-                    || add_samples(Wide(simd), scene, settings, tile, count),
-                )
-            } else {
-                add_samples(Single, scene, settings, tile, count)
-            }
-        }
-        #[cfg(not(any(target_arch = "x86_64", one_lane)))]
-        Lanewise::Wide(level) => dispatch!(level, simd => add_samples(Wide(simd), scene, settings, tile, count)),
-        #[cfg(not(one_lane))]
-        Lanewise::Single => add_samples(Single, scene, settings, tile, count),
+    how.run(AddSamples { scene, settings, tile, count })
+}
+
+struct AddSamples<'a> {
+    scene: &'a BuiltScene,
+    settings: &'a Settings,
+    tile: &'a mut Tile,
+    count: u32,
+}
+
+impl Task for AddSamples<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, l: L) -> u64 {
+        add_samples(l, self.scene, self.settings, self.tile, self.count)
     }
 }
 
@@ -91,31 +126,56 @@ pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile:
 fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
     let mut invalid = 0;
     let wanted = Dimension::wanted(settings.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
-    let mut sampler = Sampler::new(l, &settings.sampler, wanted);
-    for [min, max] in tile.patches() {
-        let near = scene.patches.candidates(&scene.camera, tile.corner_at(min), tile.corner_at(max));
-        for row in min[1]..max[1] {
-            for column in min[0]..max[0] {
-                let block = tile.block_index([column, row]);
-                let [x0, y0] = tile.corner_at([column, row]);
-                let mut lane = 0;
-                while lane < PACKET {
-                    let pixel = l.iota() + l.u(lane as u32);
-                    let x = (pixel & l.u(BLOCK - 1)) + l.u(x0);
-                    let y = (pixel >> BLOCK.trailing_zeros()) + l.u(y0);
-                    sampler.start(pixel_keys(l, settings.seed, x, y));
-                    for index in tile.samples..tile.samples + count {
-                        let random = sampler.draw(index);
-                        let sample = sample(l, scene, settings, [x.to_real(), y.to_real()], &random, &near);
-                        invalid += u64::from(tile.add(l, (block, lane), index, &sample));
+    let mut sampler = Sampler::new(&settings.sampler, wanted);
+    let mut random = Numbers::nothing(l);
+    let packet = Packet { place: (0, 0), corner: [l.f(0.0); 2], pixels: Pixels::new(l, l.u(0)) };
+    let mut packets = vec![packet; (PATCH[0] * PATCH[1]) as usize * PACKET / L::N];
+    let last = tile.samples + count;
+    while tile.samples < last {
+        let run = sampler.start(tile.samples, last - tile.samples);
+        for [min, max] in tile.patches() {
+            let near = scene.near(tile.corner_at(min));
+            sampler.enter(l, patch_key(settings.seed, tile.corner_at(min)));
+            let mut used = 0;
+            for row in min[1]..max[1] {
+                for column in min[0]..max[0] {
+                    let [x0, y0] = tile.corner_at([column, row]);
+                    let mut lane = 0;
+                    while lane < PACKET {
+                        let pixel = l.iota() + l.u(lane as u32);
+                        let x = (pixel & l.u(BLOCK[0] - 1)) + l.u(x0);
+                        let y = (pixel >> BLOCK[0].trailing_zeros()) + l.u(y0);
+                        let packet = &mut packets[used];
+                        packet.place = (tile.block_index([column, row]), lane);
+                        packet.corner = [x.to_real(), y.to_real()];
+                        packet.pixels.change(pixel_keys(l, settings.seed, x, y));
+                        sampler.turn(l, &mut packet.pixels);
+                        used += 1;
+                        lane += L::N;
                     }
-                    lane += L::N;
+                }
+            }
+            for i in 0..run {
+                for packet in &packets[..used] {
+                    sampler.draw(l, i as usize, &packet.pixels, &mut random);
+                    let sample = sample(l, scene, settings, packet.corner, &random, &near);
+                    invalid += u64::from(tile.add(l, packet.place, tile.samples + i, &sample));
                 }
             }
         }
+        tile.samples += run;
     }
-    tile.samples += count;
     invalid
+}
+
+/// Pixels of a patch that are worked on at once.
+#[derive(Clone, Copy)]
+struct Packet<L: Lanes> {
+    /// Block and first lane.
+    place: (usize, usize),
+    /// Upper left corners of the pixels.
+    corner: [L::F; 2],
+    pixels: Pixels<L>,
 }
 
 /// One sample of each pixel of a packet.
@@ -132,14 +192,15 @@ fn sample<L: Lanes>(
     let dir = scene.camera.direction(l, x + jx, y + jy);
     let hit = scene.camera_hit(l, dir, near);
     let mut reflected = Reflected::nothing(l);
-    // Packets are small patches of the image: nearly always all lanes meet the same surface. Where
-    // not, there is one round for each surface met.
+    // Packets are small patches of the image: nearly always all lanes meet the same shape. Where
+    // not, there is one round for each shape met.
     let mut todo = hit.surface;
     while todo.any() {
-        let id = hit.id.lane(todo.bits().trailing_zeros() as usize);
-        let here = todo & hit.id.eq(l.u(id));
+        let shape = hit.shape.lane(todo.bits().trailing_zeros() as usize);
+        let here = todo & hit.shape.eq(l.u(shape));
         todo = todo & !here;
-        if let Some(surface) = scene.surface(l, id, hit.p, dir) {
+        if let Some(material) = scene.material(shape) {
+            let surface = Surface { material, ..hit.points };
             let round = reflected_radiance(l, scene, settings, &surface, -dir, random, near);
             reflected = if here.all() { round } else { Reflected::select(here, &round, &reflected) };
         }

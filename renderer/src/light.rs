@@ -22,6 +22,9 @@ pub enum LightShape {
     Facet(Facet),
 }
 
+/// Up to so many lights are told apart by comparing; more are fetched from tables.
+const FEW: usize = 8;
+
 /// A surface that emits, on its outer side.
 #[derive(Clone, Copy, Debug)]
 pub struct Light {
@@ -39,9 +42,21 @@ pub struct Lights {
     /// The lights, balls first.
     pub list: Vec<Light>,
     /// Their shapes by kind, with the radiance of each.
-    balls: Vec<(Ball, Vec3)>,
+    balls: Vec<BallLight>,
     facets: Vec<(Facet, Vec3)>,
     tables: Tables,
+}
+
+/// A sphere light, with what is asked of it for every ray worked out.
+#[derive(Clone, Copy, Debug)]
+struct BallLight {
+    ball: Ball,
+    radiance: Vec3,
+    /// Its radiance as seen from outside.
+    outside: Vec3,
+    curvature2: f32,
+    /// Its number.
+    index: f32,
 }
 
 /// Numbers of the sphere and facet lights by index, for fetching by lane.
@@ -71,23 +86,6 @@ pub struct Sight<L: Lanes> {
     pub radiance: V3<L>,
 }
 
-/// A sphere as seen from a point.
-struct Cone<L: Lanes> {
-    /// `1 / (1 - cos)` of its rim; from inside 1/2, for all directions.
-    inverse_one_minus_cos: L::F,
-    /// The point is inside.
-    inside: L::M,
-}
-
-/// The cone of a sphere from the square of its centre's distance and `1 / radius^2`.
-#[inline(always)]
-fn cone<L: Lanes>(l: L, distance2: L::F, curvature2: L::F) -> Cone<L> {
-    let x = distance2 * curvature2;
-    let inside = x.lt(l.f(1.0));
-    let outside = warp::inverse_one_minus_cos_of_sphere(l, x);
-    Cone { inverse_one_minus_cos: inside.select(l.f(0.5), outside), inside }
-}
-
 /// Where rays meet a light.
 struct Meeting<L: Lanes> {
     /// True where they do, on either side.
@@ -96,38 +94,52 @@ struct Meeting<L: Lanes> {
     faces: L::M,
     /// Density of sampling this light in that direction, per solid angle.
     density: L::F,
-    /// The distance is `along - sqrt(half2)`, 0 on the very surface; from inside a sphere it is
-    /// `along + sqrt(half2)`.
+    /// Distance to the light's surface.
+    distance: L::F,
+}
+
+/// Where rays meet a ball light's surface from outside or from within, without a square root: how far
+/// along the ray the nearest point to the centre is, and the square of half the chord.
+struct Chord<L: Lanes> {
     along: L::F,
     half2: L::F,
+    /// Square of the centre's distance, in units of the radius squared.
+    x: L::F,
+    /// The rays start inside.
     inside: L::M,
+    /// The line meets the sphere, and not only behind the start.
+    met: L::M,
 }
 
-impl<L: Lanes> Meeting<L> {
-    /// Distance to the light's surface.
-    #[inline(always)]
-    fn distance(&self, l: L) -> L::F {
-        let half = self.half2.max(l.f(0.0)).sqrt();
-        (self.along + self.inside.select(half, -half)).max(l.f(0.0))
-    }
+#[inline(always)]
+fn chord<L: Lanes>(l: L, ball: &Ball, curvature2: f32, origin: V3<L>, dir: V3<L>) -> Chord<L> {
+    let zero = l.f(0.0);
+    let (along, half2) = ball.chord(l, origin, dir);
+    let to_center = V3::splat(l, ball.center) - origin;
+    let x = to_center.dot(to_center) * curvature2;
+    // Seen from outside it only has to lie ahead, however near: on its very surface it still fills half of all directions.
+    let inside = x.lt(l.f(1.0));
+    Chord { along, half2, x, inside, met: half2.ge(zero) & (inside | along.gt(zero)) }
 }
 
-/// Whether and where rays meet a ball light, without a square root for the distance. From inside only
-/// what lies beyond `t_min` is met.
+/// Density of sampling a ball from outside, `1 / (2 pi (1 - cos))`: from the square of the centre's distance in units
+/// of the radius squared.
+#[inline(always)]
+fn density_from_outside<L: Lanes>(l: L, x: L::F) -> L::F {
+    warp::cone_pdf::<L>(warp::inverse_one_minus_cos_of_sphere(l, x))
+}
+
+/// Whether and where rays meet a ball light. From inside only what lies beyond `t_min` is met.
 #[inline(always)]
 fn meet_ball<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
-    let zero = l.f(0.0);
-    let to_center = V3::splat(l, ball.center) - origin;
-    let cone = cone(l, to_center.dot(to_center), l.f(ball.curvature2()));
-    let (along, half2) = ball.chord(l, origin, dir);
-    // From outside it only has to lie ahead, however near: on its very surface it still fills half of
-    // all directions. From inside, far = along + half > t_min, squared.
-    let short = along - t_min;
-    let far_enough = short.gt(zero) | half2.gt(short * short);
-    let met = half2.ge(zero) & ((cone.inside & far_enough) | (!cone.inside & along.gt(zero)));
-    let faces = met & if ball.inward { cone.inside } else { !cone.inside };
-    let density = warp::cone_pdf::<L>(cone.inverse_one_minus_cos);
-    Meeting { met, faces, density, along, half2, inside: cone.inside }
+    let Chord { along, half2, x, inside, met } = chord(l, ball, ball.curvature2(), origin, dir);
+    let half = half2.max(l.f(0.0)).sqrt();
+    let distance = (along + inside.select(half, -half)).max(l.f(0.0));
+    let met = met & (!inside | distance.gt(t_min));
+    let faces = met & if ball.inward { inside } else { !inside };
+    // From inside, all directions alike.
+    let density = inside.select(l.f(warp::SPHERE_PDF), density_from_outside(l, x));
+    Meeting { met, faces, density, distance }
 }
 
 /// Whether and where rays meet a facet light beyond `t_min`.
@@ -139,50 +151,31 @@ fn meet_facet<L: Lanes>(l: L, facet: &Facet, origin: V3<L>, dir: V3<L>, t_min: L
     // Uniform over the area, dA = t^2 / cos dw.
     let cos = -(V3::splat(l, facet.normal).dot(dir));
     let density = distance * distance / (cos * facet.area);
-    Meeting { met, faces: met & cos.gt(zero), density, along: distance, half2: zero, inside: l.m(false) }
+    Meeting { met, faces: met & cos.gt(zero), density, distance }
 }
 
-/// What a direction meets of all lights together, whichever is in front.
-struct Sum<L: Lanes> {
-    density: L::F,
-    /// Right where only one light is met.
-    radiance: V3<L>,
-    met: L::M,
-    /// True where more than one is.
-    overlap: L::M,
-}
-
-impl<L: Lanes> Sum<L> {
-    #[inline(always)]
-    fn add(&mut self, l: L, meeting: &Meeting<L>, radiance: Vec3) {
-        self.overlap = self.overlap | (self.met & meeting.met);
-        self.met = self.met | meeting.met;
-        self.density = meeting.faces.select(self.density + meeting.density, self.density);
-        self.radiance = V3::select(meeting.faces, V3::splat(l, radiance), self.radiance);
-    }
-}
-
-/// The light in front.
+/// The light in front, and the densities of all.
 struct Front<L: Lanes> {
     t: L::F,
     index: L::U,
     radiance: V3<L>,
+    density: L::F,
 }
 
 impl<L: Lanes> Front<L> {
     #[inline(always)]
     fn none(l: L) -> Self {
-        Self { t: l.f(f32::INFINITY), index: l.u(0), radiance: V3::all(l.f(0.0)) }
+        Self { t: l.f(f32::INFINITY), index: l.u(0), radiance: V3::all(l.f(0.0)), density: l.f(0.0) }
     }
 
     #[inline(always)]
     fn add(&mut self, l: L, meeting: &Meeting<L>, index: usize, radiance: Vec3) {
-        let distance = meeting.distance(l);
-        let nearer = meeting.met & distance.lt(self.t);
-        self.t = nearer.select(distance, self.t);
+        let nearer = meeting.met & meeting.distance.lt(self.t);
+        self.t = nearer.select(meeting.distance, self.t);
         self.index = nearer.select_u(l.u(index as u32), self.index);
         let emitted = V3::select(meeting.faces, V3::splat(l, radiance), V3::all(l.f(0.0)));
         self.radiance = V3::select(nearer, emitted, self.radiance);
+        self.density = meeting.faces.select(self.density + meeting.density, self.density);
     }
 }
 
@@ -197,7 +190,13 @@ impl Lights {
                 LightShape::Ball(b) => (Some(b), None),
                 LightShape::Facet(f) => (None, Some(f)),
             };
-            balls.extend(ball.map(|ball| (ball, light.radiance)));
+            balls.extend(ball.map(|ball| BallLight {
+                ball,
+                radiance: light.radiance,
+                outside: if ball.inward { Vec3::ZERO } else { light.radiance },
+                curvature2: ball.curvature2(),
+                index: balls.len() as f32,
+            }));
             facets.extend(facet.map(|facet| (facet, light.radiance)));
             t.any_ball |= ball.is_some();
             t.any_facet |= facet.is_some();
@@ -230,28 +229,38 @@ impl Lights {
             return (V3 { x: l.f(0.0), y: l.f(0.0), z: l.f(1.0) }, l.m(false));
         }
         let u = random.get_2d(Dimension::Light);
-        let mut choice = l.u(0);
-        if n > 1 {
-            let last = l.u(n as u32 - 1);
-            let drawn = (random.get_1d(Dimension::LightChoice) * n as f32).to_uint();
-            choice = drawn.lt(last).select_u(drawn, last);
-        }
+        let chosen = random.get_1d(Dimension::LightChoice) * n as f32;
         let t = &self.tables;
-        let at = self.pick_v(l, &t.p, choice);
+        let choice = self.number(l, chosen);
+        let (at, curvature2) = if n <= FEW && !t.any_facet {
+            // All numbers of a ball at once: the last one that begins at or below `chosen`.
+            let first = &self.balls[0];
+            let (mut at, mut curvature2) = (V3::splat(l, first.ball.center), l.f(first.curvature2));
+            for light in &self.balls[1..] {
+                let reached = chosen.ge(l.f(light.index));
+                at = V3::select(reached, V3::splat(l, light.ball.center), at);
+                curvature2 = reached.select(l.f(light.curvature2), curvature2);
+            }
+            (at, curvature2)
+        } else {
+            (self.pick_v(l, &t.p, choice), self.pick(l, &t.curvature2, choice))
+        };
         let to = at - p;
 
         let mut wi = to;
         let mut faces = l.m(true);
         if t.any_ball {
             let distance2 = to.dot(to);
-            let cone = cone(l, distance2, self.pick(l, &t.curvature2, choice));
+            let x = distance2 * curvature2;
+            let inside = x.lt(l.f(1.0));
             let axis = to * (l.f(1.0) / distance2.max(l.f(f32::MIN_POSITIVE)).sqrt());
             // From the very centre there is no axis; any will do.
             let axis = V3::select(distance2.gt(l.f(0.0)), axis, V3 { x: l.f(0.0), y: l.f(0.0), z: l.f(1.0) });
-            let local = warp::square_to_cone(l, u, l.f(1.0) / cone.inverse_one_minus_cos);
+            let one_minus_cos = inside.select(l.f(2.0), l.f(1.0) / warp::inverse_one_minus_cos_of_sphere(l, x));
+            let local = warp::square_to_cone(l, u, one_minus_cos);
             let (s, b) = warp::frame(l, axis);
             wi = s.scale_add(local.x, b.scale_add(local.y, axis * local.z)).renormalize(l);
-            faces = !cone.inside;
+            faces = !inside;
             if t.any_inward {
                 faces = faces ^ self.pick(l, &t.inward, choice).gt(l.f(0.5));
             }
@@ -272,10 +281,17 @@ impl Lights {
         (wi, faces)
     }
 
+    /// The number of the light that was chosen by a number in [0, n), or n by rounding.
+    #[inline(always)]
+    fn number<L: Lanes>(&self, l: L, chosen: L::F) -> L::U {
+        let (drawn, last) = (chosen.to_uint(), l.u(self.list.len() as u32 - 1));
+        drawn.lt(last).select_u(drawn, last)
+    }
+
     /// `table[choice]`: by comparing for a handful of lights, by fetching for many.
     #[inline(always)]
     fn pick<L: Lanes>(&self, l: L, table: &[f32], choice: L::U) -> L::F {
-        if table.len() > 8 {
+        if table.len() > FEW {
             return l.gather(table, choice);
         }
         let mut v = l.f(table[0]);
@@ -301,20 +317,18 @@ impl Lights {
         let t_min = l.f(0.0);
         let mut front = Front::none(l);
         let listed = self.list.len() <= patch::MOST;
-        let count = if listed { list.len() } else { self.list.len() };
         // Balls, then facets: a choice inside one loop would carry all vectors through memory.
-        let mut k = 0;
-        while k < count {
-            let i = if listed { list.get(k) } else { k };
-            let Some((ball, radiance)) = self.balls.get(i) else { break };
-            front.add(l, &meet_ball(l, ball, origin, dir, t_min), i, *radiance);
-            k += 1;
+        let (mut balls, mut facets) = list.split(self.balls.len());
+        let mut next = 0;
+        while let Some(i) = if listed { balls.take_first() } else { Some(next) } {
+            let Some(light) = self.balls.get(i) else { break };
+            front.add(l, &meet_ball(l, &light.ball, origin, dir, t_min), i, light.radiance);
+            next += 1;
         }
-        while k < count {
-            let i = if listed { list.get(k) } else { k };
-            let (facet, radiance) = &self.facets[i - self.balls.len()];
+        while let Some(i) = if listed { facets.take_first() } else { Some(next) } {
+            let Some((facet, radiance)) = self.facets.get(i - self.balls.len()) else { break };
             front.add(l, &meet_facet(l, facet, origin, dir, t_min), i, *radiance);
-            k += 1;
+            next += 1;
         }
         (front.t, front.index, front.radiance)
     }
@@ -323,27 +337,45 @@ impl Lights {
     /// `distances` are asked for.
     #[inline(always)]
     pub fn look<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F, distances: bool) -> Sight<L> {
-        let zero = l.f(0.0);
-        let (none, no) = (V3::all(zero), l.m(false));
-        let mut sum = Sum { density: zero, radiance: none, met: no, overlap: no };
-        for (ball, radiance) in &self.balls {
-            sum.add(l, &meet_ball(l, ball, p, wi, t_min), *radiance);
+        let each = 1.0 / self.list.len().max(1) as f32;
+        if !self.tables.any_facet {
+            // Nearly every direction meets one ball or none, from outside.
+            let (sight, doubtful) = self.only_ball(l, p, wi, distances);
+            if !doubtful.any() {
+                return Sight { pdf: sight.pdf * each, ..sight };
+            }
+        }
+        let mut front = Front::none(l);
+        for light in &self.balls {
+            front.add(l, &meet_ball(l, &light.ball, p, wi, t_min), 0, light.radiance);
         }
         for (facet, radiance) in &self.facets {
-            sum.add(l, &meet_facet(l, facet, p, wi, t_min), *radiance);
+            front.add(l, &meet_facet(l, facet, p, wi, t_min), 0, *radiance);
         }
-        let pdf = sum.density * (1.0 / self.list.len().max(1) as f32);
-        // Few directions meet two lights: then the nearer one hides the other.
-        if distances || sum.overlap.any() {
-            let mut front = Front::none(l);
-            for (ball, radiance) in &self.balls {
-                front.add(l, &meet_ball(l, ball, p, wi, t_min), 0, *radiance);
+        Sight { pdf: front.density * each, t: front.t, radiance: front.radiance }
+    }
+
+    /// The ball that each direction meets, with the density of sampling that ball; and where that is not the whole
+    /// truth, since there are more of them, or one around `p`. One density for all lanes, not one for each light.
+    #[inline(always)]
+    fn only_ball<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, distances: bool) -> (Sight<L>, L::M) {
+        let zero = l.f(0.0);
+        let (mut met, mut doubtful) = (l.m(false), l.m(false));
+        let (mut along, mut half2, mut x, mut radiance) = (zero, zero, zero, V3::all(zero));
+        for light in &self.balls {
+            let chord = chord(l, &light.ball, light.curvature2, p, wi);
+            doubtful = doubtful | chord.inside | (met & chord.met);
+            met = met | chord.met;
+            x = chord.met.select(chord.x, x);
+            if distances {
+                along = chord.met.select(chord.along, along);
+                half2 = chord.met.select(chord.half2, half2);
             }
-            for (facet, radiance) in &self.facets {
-                front.add(l, &meet_facet(l, facet, p, wi, t_min), 0, *radiance);
-            }
-            return Sight { pdf, t: front.t, radiance: front.radiance };
+            radiance = V3::select(chord.met, V3::splat(l, light.outside), radiance);
         }
-        Sight { pdf, t: l.f(f32::INFINITY), radiance: sum.radiance }
+        let faces = met & !(radiance.x + radiance.y + radiance.z).le(zero);
+        let pdf = faces.select(density_from_outside(l, x), zero);
+        let t = if distances { (along - half2.max(zero).sqrt()).max(zero) } else { zero };
+        (Sight { pdf, t: met.select(t, l.f(f32::INFINITY)), radiance }, doubtful)
     }
 }

@@ -21,12 +21,16 @@
 use glam::{DVec3, Vec3, Vec4};
 
 use crate::camera::Pinhole;
+use crate::film::BLOCK;
 use crate::geometry::Geometry;
 use crate::light::{LightShape, Lights};
 use crate::shape::{Ball, Facet};
 
-/// Side of a patch in blocks: 8 x 8 pixels.
-pub const PATCH: u32 = 2;
+/// Side of a patch in pixels.
+pub const SIDE: u32 = 8;
+
+/// Width and height of a patch in blocks.
+pub const PATCH: [u32; 2] = [SIDE / BLOCK[0], SIDE / BLOCK[1]];
 
 /// Most primitives, lights among them, of a scene that lists are made for.
 pub const MOST: usize = 32;
@@ -34,48 +38,48 @@ pub const MOST: usize = 32;
 /// Allowance for rounding: 32 units in the last place of the largest number involved.
 const SLACK: f32 = 16.0 * f32::EPSILON;
 
-/// Numbers of primitives, ascending.
-#[derive(Clone, Copy, Debug)]
-pub struct List {
-    ids: [u8; MOST],
-    len: usize,
-}
+/// Numbers of primitives below [`MOST`], as bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct List(u32);
 
 impl List {
-    const EMPTY: Self = Self { ids: [0; MOST], len: 0 };
-
-    /// The numbers whose bits are set.
-    fn of(mut bits: u32) -> Self {
-        let mut list = Self::EMPTY;
-        while bits != 0 {
-            list.ids[list.len] = bits.trailing_zeros() as u8;
-            list.len += 1;
-            bits &= bits - 1;
-        }
-        list
-    }
-
     /// The numbers 0 .. n, or none if they are more than [`MOST`].
     fn all(n: usize) -> Self {
-        if n > MOST { Self::EMPTY } else { Self::of(((1u64 << n) - 1) as u32) }
+        if n > MOST { Self(0) } else { Self(((1u64 << n) - 1) as u32) }
     }
 
     /// How many there are.
     #[inline(always)]
-    pub fn len(&self) -> usize {
-        self.len
+    pub fn len(self) -> usize {
+        self.0.count_ones() as usize
     }
 
     /// True if there is none.
     #[inline(always)]
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
     }
 
-    /// The number at place `k`.
+    /// The smallest, 32 if there is none.
     #[inline(always)]
-    pub fn get(&self, k: usize) -> usize {
-        usize::from(self.ids[k])
+    pub fn first(self) -> usize {
+        self.0.trailing_zeros() as usize
+    }
+
+    /// Those below `n`, and the others.
+    #[inline(always)]
+    pub fn split(self, n: usize) -> (Self, Self) {
+        let below = Self::all(n.min(MOST)).0;
+        (Self(self.0 & below), Self(self.0 & !below))
+    }
+
+    /// Takes the smallest out.
+    #[inline(always)]
+    pub fn take_first(&mut self) -> Option<usize> {
+        let first = self.first();
+        let some = !self.is_empty();
+        self.0 &= self.0.wrapping_sub(1);
+        some.then_some(first)
     }
 }
 
@@ -404,7 +408,7 @@ impl Patches {
         } else {
             List::all(self.counts[0])
         };
-        Candidates { surfaces: List::of(surfaces), covered, lights: List::of(lights), occluders, tree: self.tree }
+        Candidates { surfaces: List(surfaces), covered, lights: List(lights), occluders, tree: self.tree }
     }
 
     /// What may come between the surfaces of a patch and the lights.
@@ -427,6 +431,6 @@ impl Patches {
                 }
             }
         }
-        List::of(occluders)
+        List(occluders)
     }
 }

@@ -3,7 +3,7 @@
 //! No state is carried from sample to sample, so that pixels, samples and techniques may be
 //! computed in any order, on any thread, skipped or replayed, and give the same bits.
 
-use crate::lanes::{Lanes, Mask, Real, Uint};
+use crate::lanes::{Lanes, Mask, PACKET, Real, Uint};
 use crate::settings::{SamplerKind, SamplerSettings, Strategy};
 
 /// What a random number is for. The same technique finds the same numbers in every strategy.
@@ -27,6 +27,15 @@ impl Dimension {
     /// All dimensions, by number.
     pub const ALL: [Self; 6] = [Self::Pixel, Self::Technique, Self::LightChoice, Self::Light, Self::Lobe, Self::Bsdf];
 
+    /// How many numbers it has.
+    #[inline(always)]
+    pub fn numbers(self) -> usize {
+        match self {
+            Self::Technique | Self::LightChoice | Self::Lobe => 1,
+            Self::Pixel | Self::Light | Self::Bsdf => 2,
+        }
+    }
+
     /// By dimension, whether a strategy asks for it, where there is more than one light to choose
     /// from (`lights`) and a surface with more than one lobe (`lobes`).
     pub fn wanted(strategy: Strategy, lights: bool, lobes: bool) -> [bool; Self::ALL.len()] {
@@ -40,9 +49,6 @@ impl Dimension {
         })
     }
 }
-
-/// The largest float below one.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A bijection of 32-bit integers with good avalanche (two multiply-xorshift rounds, constants of
 /// the low-bias search by Wellons 2018 and followers).
@@ -61,21 +67,37 @@ pub(crate) const fn mix_one(x: u32) -> u32 {
     x ^ (x >> 15)
 }
 
-/// By dimension and axis: what sets the streams of random numbers apart.
-const STREAMS: [[u32; 2]; Dimension::ALL.len()] = {
-    let mut streams = [[0; 2]; Dimension::ALL.len()];
+/// The upper half of the avalanche of [`mix`] again, for a second number from the bits of a first one. It costs half as
+/// much; its upper bits, which are the ones used, depend on all bits of the first.
+#[inline(always)]
+fn mix_on<L: Lanes>(l: L, x: L::U) -> L::U {
+    (x ^ (x >> 16)) * l.u(0x7feb_352d)
+}
+
+/// By dimension: what sets the streams of random numbers apart, and which number of its stream's pair a dimension of
+/// one number takes.
+const STREAMS: [(u32, usize); Dimension::ALL.len()] = {
+    let mut streams = [(0, 0); Dimension::ALL.len()];
     let mut i = 0;
-    while i < 2 * streams.len() {
-        streams[i / 2][i % 2] = mix_one(0x632b_e5ab ^ i as u32);
+    while i < streams.len() {
+        streams[i].0 = mix_one(0x632b_e5ab ^ i as u32);
         i += 1;
     }
+    // Every strategy that asks for a technique chooses a light as well: two numbers for one.
+    streams[Dimension::LightChoice as usize] = (streams[Dimension::Technique as usize].0, 1);
     streams
 };
+
+/// 2^-24: what makes 24 bits a number in [0, 1).
+const UNIT: f32 = 1.0 / 16_777_216.0;
+
+/// One half in 24 bits.
+const HALF: f32 = 8_388_608.0;
 
 /// The upper 24 bits as a float in [0, 1).
 #[inline(always)]
 fn to_unit<L: Lanes>(x: L::U) -> L::F {
-    (x >> 8).to_real() * (1.0 / 16_777_216.0)
+    (x >> 8).to_real() * UNIT
 }
 
 /// What distinguishes the pixels of a packet, for one seed. Different pixels (of images up to
@@ -86,11 +108,22 @@ pub fn pixel_keys<L: Lanes>(l: L, seed: u32, x: L::U, y: L::U) -> L::U {
     mix(l, h + l.u(mix_one(seed ^ 0x9e37_79b9)))
 }
 
+/// What distinguishes the patch whose first pixel is (x, y), for one seed.
+pub fn patch_key(seed: u32, [x, y]: [u32; 2]) -> u32 {
+    mix_one(mix_one((y << 16) | x) ^ mix_one(seed ^ 0x85eb_ca6b))
+}
+
 /// The random numbers of one sample, by dimension.
 #[derive(Clone, Copy)]
 pub struct Numbers<L: Lanes>([[L::F; 2]; Dimension::ALL.len()]);
 
 impl<L: Lanes> Numbers<L> {
+    /// Nothing but zeros.
+    #[inline(always)]
+    pub fn nothing(l: L) -> Self {
+        Self([[l.f(0.0); 2]; Dimension::ALL.len()])
+    }
+
     /// One number in [0, 1).
     #[inline(always)]
     pub fn get_1d(&self, dimension: Dimension) -> L::F {
@@ -104,203 +137,303 @@ impl<L: Lanes> Numbers<L> {
     }
 }
 
-/// Draws the numbers of a packet's pixels, sample after sample.
-#[derive(Clone, Copy)]
-pub struct Sampler<'a, L: Lanes> {
-    l: L,
+/// Draws the random numbers of the pixels of a patch, a run of samples at a time. It keeps what the pixels have in
+/// common; each one's own are [`Pixels`].
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler<'a> {
     settings: &'a SamplerSettings,
     /// By dimension: whether anybody asks for it.
-    wanted: [bool; Dimension::ALL.len()],
-    /// The pixels' own.
-    pixels: L::U,
-    /// By dimension: what does not change from one sample to the next, a [`shuffle`] or a [`scramble`].
-    keys: [Keys<L>; Dimension::ALL.len()],
-    /// The round of strata that `keys` are for.
-    round: Option<u32>,
+    wanted: [bool; COUNT],
+    /// The patch's own.
+    key: u32,
+    /// First sample of the run, and the round of strata that it belongs to.
+    first: u32,
+    round: u32,
+    /// By dimension and sample of the run: what tells its random numbers from others.
+    counters: [[u32; RUN]; COUNT],
+    /// By dimension: column and row of the stratum that comes with each sample of the run.
+    strata: [[[f32; RUN]; 2]; COUNT],
 }
 
-/// Numbers that a pixel keeps for many samples.
-type Keys<L> = [<L as Lanes>::U; 9];
+/// Most samples of a run.
+pub const RUN: usize = PACKET;
 
-impl<'a, L: Lanes> Sampler<'a, L> {
-    /// A sampler for the dimensions that `strategy` asks for and `scene` has a use for.
+/// How many dimensions there are.
+const COUNT: usize = Dimension::ALL.len();
+
+/// What tells the pixels of a packet from others, for one round of strata.
+#[derive(Clone, Copy)]
+pub struct Pixels<L: Lanes> {
+    keys: L::U,
+    /// By dimension: how the strata are turned.
+    turns: [[Turn<L>; 2]; COUNT],
+    /// By dimension: how Sobol points are scrambled.
+    scrambles: [[L::U; 3]; COUNT],
+}
+
+impl<L: Lanes> Pixels<L> {
+    /// Those with these [`pixel_keys`], for [`Sampler::turn`] to turn.
     #[inline(always)]
-    pub fn new(l: L, settings: &'a SamplerSettings, wanted: [bool; Dimension::ALL.len()]) -> Self {
-        let zero = l.u(0);
-        Self { l, settings, wanted, pixels: zero, keys: [[zero; 9]; Dimension::ALL.len()], round: None }
+    pub fn new(l: L, keys: L::U) -> Self {
+        let still = Turn { sign: l.f(1.0), shift: l.f(0.0) };
+        Self { keys, turns: [[still; 2]; COUNT], scrambles: [[l.u(0); 3]; COUNT] }
     }
 
-    /// Turns to the pixels with these [`pixel_keys`].
+    /// Others, not turned yet.
     #[inline(always)]
-    pub fn start(&mut self, pixels: L::U) {
-        self.pixels = pixels;
-        self.round = None;
+    pub fn change(&mut self, keys: L::U) {
+        self.keys = keys;
+    }
+}
+
+impl<'a> Sampler<'a> {
+    /// A sampler for the dimensions that are wanted.
+    pub fn new(settings: &'a SamplerSettings, wanted: [bool; COUNT]) -> Self {
+        Self {
+            settings,
+            wanted,
+            key: 0,
+            first: 0,
+            round: 0,
+            counters: [[0; RUN]; COUNT],
+            strata: [[[0.0; RUN]; 2]; COUNT],
+        }
     }
 
-    /// The numbers of sample `index`. Dimensions that are not wanted are left at 0. (All in one place
-    /// and one loop: a call of its own for every use made the kernel six times as large and its
-    /// compilation minutes long.)
+    /// Turns to samples number `first` and after, in any patch. Returns how many the run holds, 1 to [`RUN`]: no
+    /// more than are `left`, nor than their round of strata has.
     #[inline(always)]
-    pub fn draw(&mut self, index: u32) -> Numbers<L> {
-        let round = match self.settings.kind {
-            SamplerKind::Stratified => index / (self.settings.strata[0] * self.settings.strata[1]),
-            SamplerKind::Independent | SamplerKind::Sobol => 0,
-        };
-        let turn = self.round != Some(round);
-        self.round = Some(round);
-        if turn {
-            for dimension in Dimension::ALL {
-                if self.wanted[dimension as usize] {
-                    self.prepare(dimension, round);
+    pub fn start(&mut self, first: u32, left: u32) -> u32 {
+        let [nx, ny] = self.settings.strata;
+        let mut length = left.min(RUN as u32);
+        self.first = first;
+        if self.settings.kind == SamplerKind::Stratified {
+            self.round = first / (nx * ny);
+            length = length.min(nx * ny - first % (nx * ny));
+        }
+        for d in 0..COUNT {
+            if self.wanted[d] && self.settings.kind != SamplerKind::Sobol {
+                for (i, counter) in self.counters[d].iter_mut().enumerate().take(length as usize) {
+                    // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
+                    *counter = mix_one(first.wrapping_add(i as u32) ^ STREAMS[d].0);
                 }
             }
         }
-        let mut numbers = [[self.l.f(0.0); 2]; Dimension::ALL.len()];
+        length
+    }
+
+    /// Turns to the patch with this [`patch_key`]. Its [`Pixels`] have to be turned next.
+    #[inline(always)]
+    pub fn enter<L: Lanes>(&mut self, l: L, key: u32) {
+        self.key = key;
+        if self.settings.kind != SamplerKind::Stratified {
+            return;
+        }
+        let [nx, ny] = self.settings.strata;
+        let n = nx * ny;
+        for dimension in Dimension::ALL {
+            let d = dimension as usize;
+            if !self.wanted[d] {
+                continue;
+            }
+            let order = Order::new(n, self.key ^ round_key(self.round, dimension));
+            let [columns, rows] = &mut self.strata[d];
+            let mut i = 0;
+            // All positions of the run at once, or as many as there are lanes. What lies beyond is not used.
+            while i < RUN {
+                let position = l.iota() + l.u(self.first % n + i as u32);
+                let stratum = order.place(l, position).to_real();
+                if dimension.numbers() == 1 {
+                    stratum.store(&mut columns[i..]);
+                } else {
+                    // The half keeps the quotient clear of integers.
+                    let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
+                    row.store(&mut rows[i..]);
+                    (stratum - row * nx as f32).store(&mut columns[i..]);
+                }
+                i += L::N;
+            }
+        }
+    }
+
+    /// Turns the pixels to the round of the run.
+    #[inline(always)]
+    pub fn turn<L: Lanes>(&self, l: L, pixels: &mut Pixels<L>) {
+        let keys = pixels.keys;
+        let [nx, ny] = self.settings.strata;
+        for dimension in Dimension::ALL {
+            let d = dimension as usize;
+            if !self.wanted[d] {
+                continue;
+            }
+            match self.settings.kind {
+                SamplerKind::Independent => {}
+                SamplerKind::Stratified => {
+                    let key = mix(l, keys ^ l.u(round_key(self.round, dimension)));
+                    pixels.turns[d] = match dimension.numbers() {
+                        1 => [turn(l, nx * ny, key); 2],
+                        _ => [turn(l, nx, key), turn(l, ny, key << 16)],
+                    };
+                }
+                SamplerKind::Sobol => {
+                    pixels.scrambles[d] = scramble(l, mix(l, keys ^ l.u(mix_one(0x51ed_270b ^ dimension as u32))));
+                }
+            }
+        }
+    }
+
+    /// The numbers of sample `i` of the run. Dimensions that are not wanted are left as they are. (All in one place and
+    /// one loop: a call of its own for every use made the kernel six times as large and its compilation minutes long.)
+    #[inline(always)]
+    pub fn draw<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>, numbers: &mut Numbers<L>) {
         for dimension in [Dimension::Technique, Dimension::LightChoice, Dimension::Lobe] {
-            if self.wanted[dimension as usize] {
-                numbers[dimension as usize][0] = self.get_1d(dimension, index);
+            let d = dimension as usize;
+            if self.wanted[d] {
+                numbers.0[d][0] = match self.settings.kind {
+                    SamplerKind::Independent => self.bits(l, i, pixels, d) * UNIT,
+                    SamplerKind::Stratified => {
+                        let n = self.settings.strata[0] * self.settings.strata[1];
+                        let offset = if self.settings.jitter { self.bits(l, i, pixels, d) } else { l.f(HALF) };
+                        in_stratum(l, &pixels.turns[d][0], self.strata[d][0][i], n, offset)
+                    }
+                    SamplerKind::Sobol => sobol_1d(l, self.first + i as u32, &pixels.scrambles[d]),
+                };
             }
         }
         for dimension in [Dimension::Pixel, Dimension::Light, Dimension::Bsdf] {
-            if self.wanted[dimension as usize] {
-                numbers[dimension as usize] = self.get_2d(dimension, index);
-            }
-        }
-        Numbers(numbers)
-    }
-
-    #[inline(always)]
-    fn prepare(&mut self, dimension: Dimension, round: u32) {
-        let l = self.l;
-        match self.settings.kind {
-            SamplerKind::Independent => {}
-            SamplerKind::Stratified => {
-                let n = self.settings.strata[0] * self.settings.strata[1];
-                let key = mix(l, self.pixels ^ l.u(mix_one(round.wrapping_mul(8) + dimension as u32 + 1)));
-                self.keys[dimension as usize] = shuffle(l, n, key);
-            }
-            SamplerKind::Sobol => {
-                let key = mix(l, self.pixels ^ l.u(mix_one(0x51ed_270b ^ dimension as u32)));
-                self.keys[dimension as usize] = scramble(l, key);
+            let d = dimension as usize;
+            if self.wanted[d] {
+                numbers.0[d] = match self.settings.kind {
+                    SamplerKind::Independent => {
+                        let [x, y] = self.pair_of_bits(l, i, pixels, d);
+                        [x * UNIT, y * UNIT]
+                    }
+                    SamplerKind::Stratified => {
+                        let [nx, ny] = self.settings.strata;
+                        let jitter = self.settings.jitter;
+                        let [jx, jy] = if jitter { self.pair_of_bits(l, i, pixels, d) } else { [l.f(HALF); 2] };
+                        let ([x, y], [columns, rows]) = (&pixels.turns[d], &self.strata[d]);
+                        [in_stratum(l, x, columns[i], nx, jx), in_stratum(l, y, rows[i], ny, jy)]
+                    }
+                    SamplerKind::Sobol => sobol_2d(l, self.first + i as u32, &pixels.scrambles[d]),
+                };
             }
         }
     }
 
+    /// 24 random bits as a number in [0, 2^24), uniform and independent over pixels, samples and dimensions.
     #[inline(always)]
-    fn get_1d(&self, dimension: Dimension, index: u32) -> L::F {
-        let l = self.l;
-        match self.settings.kind {
-            SamplerKind::Independent => self.independent(dimension, 0, index),
-            SamplerKind::Stratified => {
-                let n = self.settings.strata[0] * self.settings.strata[1];
-                let stratum = permute(l, index % n, n, &self.keys[dimension as usize]).to_real();
-                let offset = self.jitter(dimension, 0, index);
-                ((stratum + offset) * (1.0 / n as f32)).min(l.f(BELOW_ONE))
-            }
-            SamplerKind::Sobol => sobol_1d(l, index, &self.keys[dimension as usize]),
-        }
+    fn bits<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>, d: usize) -> L::F {
+        let first = mix(l, pixels.keys ^ l.u(self.counters[d][i]));
+        let bits = if STREAMS[d].1 == 0 { first } else { mix_on(l, first) };
+        (bits >> 8).to_real()
     }
 
+    /// Two such numbers.
     #[inline(always)]
-    fn get_2d(&self, dimension: Dimension, index: u32) -> [L::F; 2] {
-        let l = self.l;
-        match self.settings.kind {
-            SamplerKind::Independent => [self.independent(dimension, 0, index), self.independent(dimension, 1, index)],
-            SamplerKind::Stratified => {
-                let [nx, ny] = self.settings.strata;
-                let n = nx * ny;
-                let stratum = permute(l, index % n, n, &self.keys[dimension as usize]).to_real();
-                // Row and column of the stratum; the half keeps the quotient clear of integers.
-                let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
-                let column = stratum - row * nx as f32;
-                let [jx, jy] = [self.jitter(dimension, 0, index), self.jitter(dimension, 1, index)];
-                [
-                    ((column + jx) * (1.0 / nx as f32)).min(l.f(BELOW_ONE)),
-                    ((row + jy) * (1.0 / ny as f32)).min(l.f(BELOW_ONE)),
-                ]
-            }
-            SamplerKind::Sobol => sobol_2d(l, index, &self.keys[dimension as usize]),
-        }
-    }
-
-    /// Uniform and independent over pixels, samples and dimensions.
-    #[inline(always)]
-    fn independent(&self, dimension: Dimension, axis: u32, index: u32) -> L::F {
-        let stream = STREAMS[dimension as usize][axis as usize];
-        // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
-        let counter = mix_one(index ^ stream);
-        to_unit::<L>(mix(self.l, self.pixels ^ self.l.u(counter)))
-    }
-
-    /// Position inside the stratum.
-    #[inline(always)]
-    fn jitter(&self, dimension: Dimension, axis: u32, index: u32) -> L::F {
-        if self.settings.jitter { self.independent(dimension, axis, index) } else { self.l.f(0.5) }
+    fn pair_of_bits<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>, d: usize) -> [L::F; 2] {
+        let first = mix(l, pixels.keys ^ l.u(self.counters[d][i]));
+        [(first >> 8).to_real(), (mix_on(l, first) >> 8).to_real()]
     }
 }
 
-/// Keys of the permutation of 0 .. n that `key` names, 1 <= n <= 65536, for [`permute`]: four that
-/// are xored, four odd multipliers, and a rotation. Each pixel and dimension has a new one for each round
-/// of n samples.
+/// What tells the strata of one dimension and round from others.
+fn round_key(round: u32, dimension: Dimension) -> u32 {
+    mix_one(round.wrapping_mul(8) + dimension as u32 + 1)
+}
+
+/// A number in a stratum, of n that each pixel turns in its own way, at `offset` in units of 2^-24.
 #[inline(always)]
-fn shuffle<L: Lanes>(l: L, n: u32, key: L::U) -> Keys<L> {
-    let one = l.u(1);
-    let key2 = mix(l, key ^ l.u(0x68e3_1da4));
+fn in_stratum<L: Lanes>(l: L, turn: &Turn<L>, stratum: f32, n: u32, offset: L::F) -> L::F {
+    let begin = l.f(stratum).mul_add(turn.sign, turn.shift);
+    let u = offset.mul_add(l.f(UNIT / n as f32), begin);
+    // Below 1 again, also where it was rounded up to 1.
+    u.ge(l.f(1.0)).select(u - 1.0, u)
+}
+
+/// How a pixel turns the row of n strata that its patch visits in a common order: stratum s begins at
+/// `(shift + sign s) mod 1`. The shift is uniform, so that every pixel is in every stratum with equal probability
+/// at every sample, and nearly independent of its neighbours.
+#[derive(Clone, Copy)]
+struct Turn<L: Lanes> {
+    /// 1/n or -1/n.
+    sign: L::F,
+    /// A multiple of 1/n: from 0 to n - 1 of them, or from n - 1 to 2 n - 2 where the sign is negative.
+    shift: L::F,
+}
+
+/// The turn of n strata that the upper 16 bits of `key` name, 1 <= n <= 65536.
+#[inline(always)]
+fn turn<L: Lanes>(l: L, n: u32, key: L::U) -> Turn<L> {
+    let back = (key & l.u(1 << 16)).eq(l.u(0));
     // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n.
-    let shift = ((mix(l, key2) >> 16) * l.u(n)) >> 16;
-    [
-        key,
-        key >> 8,
-        key >> 16,
-        key2 >> 1,
-        (key2 >> 3) | one,
-        (key2 >> 11) | one,
-        (key2 >> 19) | one,
-        (key >> 5) | one,
-        shift,
-    ]
+    let shift = (((key >> 16) * l.u(n)) >> 16).to_real();
+    let width = 1.0 / n as f32;
+    Turn { sign: back.select(l.f(-width), l.f(width)), shift: back.select(shift + (n - 1) as f32, shift) * width }
 }
 
-/// Where position `i` goes in the permutation of 0 .. n with these [`shuffle`] keys, i < n.
-///
-/// A bijection of the next power of two (rounds of xor, multiplication by an odd number and
-/// folding of the upper half onto the lower), walked until it lands below n; then a rotation by a
-/// uniform amount, so that every position is reached with exactly equal probability.
-#[inline(always)]
-fn permute<L: Lanes>(l: L, i: u32, n: u32, keys: &Keys<L>) -> L::U {
-    if n == 1 {
-        return l.u(0);
-    }
-    let bits = 32 - (n - 1).leading_zeros();
-    let mask = l.u((1 << bits) - 1);
-    let fold = bits.div_ceil(2);
-    let limit = l.u(n);
-    let mut x = l.u(i);
-    let mut outside = l.m(true);
-    while outside.any() {
-        let mut y = x;
-        // Four rounds; with three, pairs of successive strata are 6 % from uniform at n = 6.
-        for round in 0..4 {
-            y = ((y ^ keys[round]) * keys[4 + round]) & mask;
-            y = y ^ (y >> fold);
+/// A permutation of 0 .. n, 1 <= n <= 65536: the order in which the pixels of a patch visit their strata in one
+/// dimension and one round of n samples.
+#[derive(Clone, Copy, Debug)]
+struct Order {
+    n: u32,
+    /// For the next power of two: all its bits, and half of how many they are.
+    mask: u32,
+    fold: u32,
+    keys: [u32; 4],
+    factors: [u32; 4],
+    /// Rotation at the end.
+    shift: u32,
+}
+
+impl Order {
+    /// The permutation that `key` names.
+    fn new(n: u32, key: u32) -> Self {
+        let key = mix_one(key);
+        let key2 = mix_one(key ^ 0x68e3_1da4);
+        let bits = 32 - (n - 1).leading_zeros();
+        Self {
+            n,
+            mask: (1 << bits) - 1,
+            fold: bits.div_ceil(2),
+            keys: [key, key >> 8, key >> 16, key2 >> 1],
+            factors: [key2 >> 3, key2 >> 11, key2 >> 19, key >> 5].map(|factor| factor | 1),
+            shift: ((mix_one(key2) >> 16) * n) >> 16,
         }
-        x = outside.select_u(y, x);
-        outside = !x.lt(limit);
     }
-    let y = x + keys[8];
-    y.lt(limit).select_u(y, y - limit)
+
+    /// Where positions i go; those from n on go somewhere.
+    ///
+    /// A bijection of the next power of two (rounds of xor, multiplication by an odd number and folding of the upper
+    /// half onto the lower), walked until it lands below n; then a rotation.
+    #[inline(always)]
+    fn place<L: Lanes>(&self, l: L, i: L::U) -> L::U {
+        let limit = l.u(self.n);
+        let mut outside = i.lt(limit);
+        let mut x = outside.select_u(i, l.u(0));
+        while outside.any() {
+            let mut y = x;
+            // Four rounds; with three, pairs of successive strata are 6 % from uniform at n = 6.
+            for round in 0..4 {
+                y = ((y ^ l.u(self.keys[round])) * l.u(self.factors[round])) & l.u(self.mask);
+                y = y ^ (y >> self.fold);
+            }
+            x = outside.select_u(y, x);
+            outside = outside & !x.lt(limit);
+        }
+        let x = x + l.u(self.shift);
+        x.lt(limit).select_u(x, x - limit)
+    }
 }
 
 /// Keys of one dimension's Owen scrambling: of the index, of the first and the second number.
 #[inline(always)]
-fn scramble<L: Lanes>(l: L, key: L::U) -> Keys<L> {
-    let unused = l.u(0);
-    let [x, y] = [mix(l, key + l.u(1)), mix(l, key + l.u(2))];
-    [key, x, y, unused, unused, unused, unused, unused, unused]
+fn scramble<L: Lanes>(l: L, key: L::U) -> [L::U; 3] {
+    [key, mix(l, key + l.u(1)), mix(l, key + l.u(2))]
 }
 
 #[inline(always)]
-fn sobol_1d<L: Lanes>(l: L, index: u32, keys: &Keys<L>) -> L::F {
+fn sobol_1d<L: Lanes>(l: L, index: u32, keys: &[L::U; 3]) -> L::F {
     let index = shuffled_index(l, index, keys[0]);
     to_unit::<L>(reverse_bits(l, scramble_reversed(l, index, keys[1])))
 }
@@ -308,7 +441,7 @@ fn sobol_1d<L: Lanes>(l: L, index: u32, keys: &Keys<L>) -> L::F {
 /// Owen-scrambled first two Sobol dimensions, decoupled between groups by shuffling the index
 /// ("padding", Burley 2020, sections 4 and 5).
 #[inline(always)]
-fn sobol_2d<L: Lanes>(l: L, index: u32, keys: &Keys<L>) -> [L::F; 2] {
+fn sobol_2d<L: Lanes>(l: L, index: u32, keys: &[L::U; 3]) -> [L::F; 2] {
     let index = shuffled_index(l, index, keys[0]);
     let x = scramble_reversed(l, index, keys[1]);
     let y = scramble_reversed(l, pascal(l, index), keys[2]);
@@ -360,13 +493,18 @@ mod tests {
     use crate::lanes::{Single, Wrapping};
 
     fn place(i: u32, n: u32, key: u32) -> u32 {
-        permute(Single, i, n, &shuffle(Single, n, Wrapping(mix_one(key)))).0
+        Order::new(n, key).place(Single, Wrapping(i)).0
     }
 
     fn numbers(settings: &SamplerSettings, strategy: Strategy, key: u32, index: u32) -> Numbers<Single> {
-        let mut sampler = Sampler::new(Single, settings, Dimension::wanted(strategy, true, true));
-        sampler.start(Wrapping(key));
-        sampler.draw(index)
+        let mut sampler = Sampler::new(settings, Dimension::wanted(strategy, true, true));
+        sampler.start(index, 1);
+        sampler.enter(Single, key);
+        let mut numbers = Numbers::nothing(Single);
+        let mut pixels = Pixels::new(Single, Wrapping(key));
+        sampler.turn(Single, &mut pixels);
+        sampler.draw(Single, 0, &pixels, &mut numbers);
+        numbers
     }
 
     #[test]

@@ -23,7 +23,7 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::geometry::Nearest;
-use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
+use crate::lanes::{Lanes, Mask, Real, Uint, V3};
 use crate::shape::{Ball, BallLanes, FACET_NUMBERS, Facet, FacetLanes};
 
 /// Children of a node.
@@ -63,7 +63,7 @@ const BALLS: u32 = 0x10;
 const KIND_BITS: u32 = 6;
 
 /// Numbers that a leaf is read from: its own, and what lanes beyond the last primitive fall on.
-const WINDOW: usize = LEAF * FACET_NUMBERS + PACKET;
+const WINDOW: usize = LEAF * FACET_NUMBERS + FAN;
 
 /// The only child of the first node (see [`child_key`]): where all walks start.
 const ROOT: u64 = 0;
@@ -329,7 +329,7 @@ struct Rays<L: Lanes> {
     inverse: V3<L>,
     best: Nearest<L>,
     /// The same numbers, for walking one by one: origin, direction, inverse.
-    numbers: [[f32; PACKET]; 9],
+    numbers: [[f32; FAN]; 9],
 }
 
 /// One ray, in all lanes.
@@ -391,7 +391,7 @@ impl Tree {
     #[inline(always)]
     pub fn walk<L: Lanes, const ANY: bool>(&self, l: L, origin: V3<L>, dir: V3<L>, t_max: L::F) -> Nearest<L> {
         let inverse = reciprocal(l, dir);
-        let mut numbers = [[0.0; PACKET]; 9];
+        let mut numbers = [[0.0; FAN]; 9];
         let [a, b, c, d, e, f, g, h, i] = &mut numbers;
         origin.x.store(a);
         origin.y.store(b);
@@ -419,7 +419,7 @@ impl Tree {
             if octant.count_ones() >= TOGETHER {
                 self.walk_together::<L, ANY>(l, &mut rays, signs, octant, &mut waiting);
             } else {
-                self.walk_alone::<L, ANY>(l, &mut rays, signs, octant, (ROOT, &[0.0; PACKET]), &mut waiting.children);
+                self.walk_alone::<L, ANY>(l, &mut rays, signs, octant, (ROOT, &[0.0; FAN]), &mut waiting.children);
             }
         }
         rays.best
@@ -467,7 +467,7 @@ impl Tree {
             }
             let child = self.nodes[node].child[i];
             if bits.count_ones() <= ALONE {
-                let mut entered = [0.0; PACKET];
+                let mut entered = [0.0; FAN];
                 enter.store(&mut entered);
                 let start = (child_key(node, i, 0.0), &entered);
                 self.walk_alone::<L, ANY>(l, rays, signs, bits, start, &mut waiting.children[depth..]);
@@ -569,7 +569,7 @@ impl Tree {
         rays: &mut Rays<L>,
         signs: [bool; 3],
         mut lanes: u32,
-        start: (u64, &[f32; PACKET]),
+        start: (u64, &[f32; FAN]),
         waiting: &mut [u64],
     ) {
         let (near, far) = near_and_far(signs);

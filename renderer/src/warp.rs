@@ -76,6 +76,9 @@ pub fn cone_pdf<L: Lanes>(inverse_one_minus_cos: L::F) -> L::F {
     inverse_one_minus_cos * (1.0 / (2.0 * PI))
 }
 
+/// Density of directions that are uniform over the whole sphere, per solid angle.
+pub const SPHERE_PDF: f32 = 1.0 / (4.0 * PI);
+
 /// `1 / (1 - cos)` of the rim of the cone that a sphere fills, from `x = (distance / radius)^2 >= 1`.
 ///
 /// Since `sin^2 = 1 / x`, it is `(1 + cos) / sin^2 = x + sqrt(x (x - 1))`: no cancellation for the

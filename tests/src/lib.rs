@@ -6,9 +6,9 @@
 pub mod charts;
 pub mod chi_square;
 pub mod depth;
+pub mod draws;
 pub mod experiment;
 pub mod image;
-pub mod lanewise;
 pub mod light_scenes;
 pub mod oracle;
 pub mod pair;

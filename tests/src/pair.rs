@@ -4,14 +4,14 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::kernel::Lanewise;
-use mislab_renderer::lanes::{Lanes, Mask, Real, V3};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::kernel::{Lanewise, Task};
+use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, V3};
+use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
 use mislab_renderer::{SamplerKind, SamplerSettings};
 
 use crate::charts::Chart;
 use crate::chi_square::{LEAST_EXPECTED, Outcome, chi_square};
-use crate::lanewise::{self, Task};
+use crate::draws::Draws;
 use crate::quadrature::GAUSS;
 
 /// Cells of a histogram, down and across.
@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-8;
 /// Samples that show where the density has narrow features.
 const PILOTS: usize = 60_000;
 /// Samples per call.
-const CHUNK: usize = 16 * 500;
+const CHUNK: usize = PACKET * 250;
 
 /// A way to draw directions and the density that it claims to have.
 pub trait Pair: Sync {
@@ -69,11 +69,11 @@ impl<P: Pair> Task for Draw<'_, P> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) {
-        let mut sampler = Sampler::new(l, self.settings, [true; Dimension::ALL.len()]);
+        let mut sampler = Draws::new(l, self.settings, [true; Dimension::ALL.len()]);
         let mut lane = 0;
-        while lane < 16 {
-            sampler.start(pixel_keys(l, self.seed, l.iota() + l.u(lane), l.u(7)));
-            for index in 0..(CHUNK / 16) as u32 {
+        while lane < PACKET as u32 {
+            sampler.start(pixel_keys(l, self.seed, l.iota() + l.u(lane), l.u(7)), self.seed);
+            for index in 0..(CHUNK / PACKET) as u32 {
                 let (wi, valid) = self.pair.sample(l, &sampler.draw(self.first + index));
                 let density = self.pair.density(l, wi);
                 let bits = valid.bits();
@@ -92,25 +92,25 @@ pub fn draw<P: Pair>(case: &Case<'_, P>, seed: u32, count: usize, mut each: impl
     let mut out = Vec::with_capacity(CHUNK);
     for chunk in 0..count.div_ceil(CHUNK) {
         out.clear();
-        let first = (chunk * (CHUNK / 16)) as u32;
-        lanewise::run(case.how, Draw { pair: &case.pair, settings: case.settings, seed, first, out: &mut out });
+        let first = (chunk * (CHUNK / PACKET)) as u32;
+        case.how.run(Draw { pair: &case.pair, settings: case.settings, seed, first, out: &mut out });
         each(&out[..CHUNK.min(count - chunk * CHUNK)]);
     }
 }
 
 struct Evaluate<'a, P> {
     pair: &'a P,
-    directions: &'a [[f32; 16]; 3],
+    directions: &'a [[f32; PACKET]; 3],
 }
 
 impl<P: Pair> Task for Evaluate<'_, P> {
-    type Output = [f32; 16];
+    type Output = [f32; PACKET];
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L) -> [f32; 16] {
+    fn run<L: Lanes>(self, l: L) -> [f32; PACKET] {
         let [x, y, z] = self.directions;
-        let mut out = [0.0; 16];
+        let mut out = [0.0; PACKET];
         let mut lane = 0;
-        while lane < 16 {
+        while lane < PACKET {
             let wi = V3 { x: l.load(&x[lane..]), y: l.load(&y[lane..]), z: l.load(&z[lane..]) };
             self.pair.density(l, wi).store(&mut out[lane..]);
             lane += L::N;
@@ -121,13 +121,15 @@ impl<P: Pair> Task for Evaluate<'_, P> {
 
 /// Densities at sixteen directions, rounded to single precision.
 pub fn densities<P: Pair>(pair: &P, at: &[DVec3; 16]) -> [f32; 16] {
-    let mut directions = [[0.0; 16]; 3];
+    // Lanes that nobody asks for look somewhere, too.
+    let mut directions = [[0.6; PACKET], [0.0; PACKET], [0.8; PACKET]];
     for (i, d) in at.iter().enumerate() {
         for k in 0..3 {
             directions[k][i] = d[k] as f32;
         }
     }
-    lanewise::run(Lanewise::best(), Evaluate { pair, directions: &directions })
+    let found = Lanewise::best().run(Evaluate { pair, directions: &directions });
+    std::array::from_fn(|i| found[i])
 }
 
 /// A pair's density over one chart.

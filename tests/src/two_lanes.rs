@@ -28,7 +28,11 @@ impl Lanes for Two {
     type F = Floats;
     type U = Integers;
     type M = Truths;
+    type Part = Self;
 
+    fn part(self) -> Self {
+        self
+    }
     fn f(self, v: f32) -> Floats {
         Floats([v; 2])
     }
@@ -43,6 +47,9 @@ impl Lanes for Two {
     }
     fn load(self, from: &[f32]) -> Floats {
         Floats([from[0], from[1]])
+    }
+    fn load_u(self, from: &[u32]) -> Integers {
+        Integers([from[0], from[1]])
     }
     fn mask(self, bits: u32) -> Truths {
         Truths([0, 1].map(|i| bits >> i & 1 == 1))
@@ -180,6 +187,9 @@ impl Real for Floats {
 impl Uint for Integers {
     type L = Two;
 
+    fn store(self, to: &mut [u32]) {
+        to[..2].copy_from_slice(&self.0);
+    }
     fn lane(self, i: usize) -> u32 {
         self.0[i]
     }

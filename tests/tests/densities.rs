@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use mislab_renderer::bsdf::{self, Material, Surface};
 use mislab_renderer::kernel::Lanewise;
-use mislab_renderer::lanes::{Lanes, Mask, Real, V3};
+use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, V3};
 use mislab_renderer::sampler::{Dimension, Numbers};
 use mislab_renderer::{Bsdf, Reflectance, warp};
 use mislab_tests::charts::{Chart, frame};
@@ -54,7 +54,7 @@ impl Pair for BsdfPair {
     #[inline(always)]
     fn sample<L: Lanes>(&self, l: L, random: &Numbers<L>) -> (V3<L>, L::M) {
         let s = Surface { p: V3::splat(l, Vec3::ZERO), n: V3::splat(l, self.n), material: &self.material };
-        let wi = bsdf::sample(l, &s, V3::splat(l, self.wo), random).wi;
+        let wi = bsdf::sample(l, &s, V3::splat(l, self.wo), random).0;
         (wi, wi.dot(s.n).gt(l.f(0.0)))
     }
     #[inline(always)]
@@ -110,7 +110,7 @@ impl Pair for WarpPair {
             }
             Self::Triangle => (d.x + d.y).le(l.f(1.0)).select(l.f(2.0), l.f(0.0)),
             Self::VisibleNormal { wo, alpha } => {
-                let mut out = [0.0; 16];
+                let mut out = [0.0; PACKET];
                 for (i, out) in out.iter_mut().enumerate().take(L::N) {
                     let h = DVec3::new(d.x.lane(i).into(), d.y.lane(i).into(), d.z.lane(i).into());
                     *out = visible_normal(wo.as_dvec3(), h, alpha.into()) as f32;
@@ -149,7 +149,7 @@ fn below(wo: DVec3, alpha: f64) -> f64 {
         }
         #[inline(always)]
         fn density<L: Lanes>(&self, l: L, d: V3<L>) -> L::F {
-            let mut out = [0.0; 16];
+            let mut out = [0.0; PACKET];
             for (i, out) in out.iter_mut().enumerate().take(L::N) {
                 let h = DVec3::new(d.x.lane(i).into(), d.y.lane(i).into(), d.z.lane(i).into());
                 let wi = h * (2.0 * self.wo.dot(h)) - self.wo * h.length_squared();

@@ -7,14 +7,13 @@ use glam::{DVec3, Vec3};
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::film::Tile;
 use mislab_renderer::geometry::Geometry;
-use mislab_renderer::kernel::{Lanewise, render_tile};
+use mislab_renderer::kernel::{Lanewise, Task, render_tile};
 use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
 use mislab_renderer::patch::{List, Patches};
 use mislab_renderer::shape::{Ball, Facet};
 use mislab_renderer::{Bsdf, Light, Material, PixelRect, Scene, Settings, Shape, Strategy};
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::camera;
-use mislab_tests::lanewise::{Task, run};
 
 /// Numbers in [0, 1) from a counter (SplitMix64).
 struct Random(u64);
@@ -261,8 +260,8 @@ fn the_tree_finds_what_asking_every_primitive_finds() {
         let rays = styles.iter().flat_map(|&style| packet(&geometry, style, kind == STEPS, &mut random));
         let rays: Vec<Ray> = rays.collect();
         for how in Lanewise::all() {
-            let all = run(how, AskAll(&geometry, &rays));
-            let tree = run(how, AskTree(&geometry, &rays, &list));
+            let all = how.run(AskAll(&geometry, &rays));
+            let tree = how.run(AskTree(&geometry, &rays, &list));
             for (number, (ray, (all, tree))) in rays.iter().zip(all.iter().zip(&tree)).enumerate() {
                 let name = how.name();
                 // In the very plane of a facet the distance is nothing but rounding, and the tree keeps it in the box.
@@ -299,15 +298,15 @@ fn a_ray_meets_the_same_alone_and_in_any_packet() {
         let geometry = Geometry::new(facets, balls);
         let rays: Vec<Ray> = (0..12).flat_map(|i| packet(&geometry, i % STYLES, kind == STEPS, &mut random)).collect();
         let ways = Lanewise::all();
-        let answers: Vec<_> = ways.iter().map(|&how| run(how, AskTree(&geometry, &rays, &list))).collect();
+        let answers: Vec<_> = ways.iter().map(|&how| how.run(AskTree(&geometry, &rays, &list))).collect();
         for (&how, together) in ways.iter().zip(&answers) {
             // Alone among fifteen copies, and among strangers: every 12th ray stands beside rays of other packets.
             let copies: Vec<Ray> = rays.iter().flat_map(|&ray| [ray; PACKET]).collect();
-            let copies = run(how, AskTree(&geometry, &copies, &list));
+            let copies = how.run(AskTree(&geometry, &copies, &list));
             assert!(copies.iter().step_by(PACKET).eq(together), "heap {seed}, {}: copies", how.name());
             let order: Vec<usize> = (0..rays.len()).map(|i| i * 12 % rays.len() + i * 12 / rays.len()).collect();
             let mixed: Vec<Ray> = order.iter().map(|&i| rays[i]).collect();
-            let mixed = run(how, AskTree(&geometry, &mixed, &list));
+            let mixed = how.run(AskTree(&geometry, &mixed, &list));
             let equal = order.iter().zip(&mixed).all(|(&i, answer)| *answer == together[i]);
             assert!(equal, "heap {seed}, {}: among strangers", how.name());
         }

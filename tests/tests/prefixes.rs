@@ -5,8 +5,9 @@
 
 use glam::DVec3;
 use mislab_renderer::lanes::{Single, Wrapping};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::sampler::{Dimension, Numbers, patch_key, pixel_keys};
 use mislab_renderer::{Channel, SamplerKind, SamplerSettings, Settings, Strategy};
+use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, keyhole, render, veach};
 use mislab_tests::oracle::{LUMINANCE, World};
 use mislab_tests::statistics::Family;
@@ -69,9 +70,9 @@ fn every_prefix_of_the_numbers_is_unbiased() {
         // Sums over replicates of the prefix mean and its square, by length and function.
         let mut sums: Vec<Vec<(&str, f64, f64)>> = vec![Vec::new(); LENGTHS.len()];
         for replicate in 0..REPLICATES {
-            let mut sampler = Sampler::new(Single, &settings, Dimension::wanted(Strategy::Mis, true, true));
+            let mut sampler = Draws::new(Single, &settings, Dimension::wanted(Strategy::Mis, true, true));
             let (x, y) = (Wrapping(replicate % 61), Wrapping(replicate / 61));
-            sampler.start(pixel_keys(Single, replicate, x, y));
+            sampler.start(pixel_keys(Single, replicate, x, y), patch_key(replicate, [x.0 & !7, y.0 & !7]));
             let mut running: Vec<f64> = Vec::new();
             for index in 0..last {
                 let values = functions(&sampler.draw(index));

@@ -2,11 +2,11 @@
 
 use glam::Vec3;
 use mislab_renderer::bsdf::{self, Material, Surface};
-use mislab_renderer::kernel::Lanewise;
-use mislab_renderer::lanes::{Lanes, Mask, Real, V3};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::kernel::{Lanewise, Task};
+use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, V3};
+use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
 use mislab_renderer::{Bsdf, Heuristic, Reflectance, mis};
-use mislab_tests::lanewise::{self, Task};
+use mislab_tests::draws::Draws;
 use mislab_tests::light_scenes::{View, many, mixtures};
 use mislab_tests::pair::INDEPENDENT;
 
@@ -35,8 +35,8 @@ impl Task for Directions<'_> {
     type Output = Reached;
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) -> Reached {
-        let mut sampler = Sampler::new(l, &INDEPENDENT, [true; Dimension::ALL.len()]);
-        sampler.start(pixel_keys(l, 77, l.iota(), l.u(self.scene)));
+        let mut sampler = Draws::new(l, &INDEPENDENT, [true; Dimension::ALL.len()]);
+        sampler.start(pixel_keys(l, 77, l.iota(), l.u(self.scene)), self.scene);
         let mut reached = Reached::default();
         for i in 0..self.count / L::N as u32 {
             let random = sampler.draw(i);
@@ -48,7 +48,7 @@ impl Task for Directions<'_> {
             let wo = (n * l.f(1.001) + across).normalize(l);
             let wi = match i % 3 {
                 0 => self.view.lights.sample(l, p, &random).0,
-                1 => bsdf::sample(l, &s, wo, &random).wi,
+                1 => bsdf::sample(l, &s, wo, &random).0,
                 _ => sphere(l, random.get_2d(Dimension::Bsdf)),
             };
             let p_light = self.view.lights.look(l, p, wi, l.f(1e-5), false).pdf;
@@ -82,7 +82,7 @@ impl Task for Directions<'_> {
 /// A direction, uniform over the sphere (by the difference of two numbers and no map of the renderer's).
 #[inline(always)]
 fn sphere<L: Lanes>(l: L, [u, v]: [L::F; 2]) -> V3<L> {
-    let (mut x, mut y, mut z) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+    let (mut x, mut y, mut z) = ([0.0; PACKET], [0.0; PACKET], [0.0; PACKET]);
     for i in 0..L::N {
         let (height, turn) = (1.0 - 2.0 * f64::from(u.lane(i)), std::f64::consts::TAU * f64::from(v.lane(i)));
         let r = (1.0 - height * height).max(0.0).sqrt();
@@ -110,14 +110,14 @@ fn weights_of_random_directions_sum_to_one() {
         Bsdf::Plastic { kd: Vec3::splat(0.3), ks: Vec3::splat(0.4), alpha: 0.05 },
     ];
     let views: Vec<View> = (1..=64).map(many).chain(mixtures()).collect();
-    let count = DIRECTIONS.div_ceil((views.len() * materials.len()) as u32).next_multiple_of(16);
+    let count = DIRECTIONS.div_ceil((views.len() * materials.len()) as u32).next_multiple_of(PACKET as u32);
     for how in [Lanewise::best(), Lanewise::Single] {
         let mut sum = Reached::default();
         for (i, view) in views.iter().enumerate() {
             for (j, bsdf) in materials.iter().enumerate() {
                 let material = &Material::new(bsdf);
                 let scene = (i * materials.len() + j) as u32;
-                let reached = lanewise::run(how, Directions { view, material, scene, count });
+                let reached = how.run(Directions { view, material, scene, count });
                 sum.light += reached.light;
                 sum.bsdf += reached.bsdf;
                 sum.both += reached.both;

@@ -8,8 +8,9 @@ use mislab_renderer::bsdf;
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::estimator::{Contribution, Reflected};
 use mislab_renderer::lanes::{Single, V3};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler};
+use mislab_renderer::sampler::{Dimension, Numbers};
 use mislab_renderer::{Bsdf, Geometry, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
+use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, veach};
 use mislab_tests::oracle::{Lobes, World, heuristic};
 
@@ -274,14 +275,10 @@ fn every_contribution_is_weight_times_integrand_over_density() {
             if !hit.surface {
                 continue;
             }
-            let Some(surface) = built.surface(Single, hit.id.0, hit.p, dir) else { continue };
+            let Some(surface) = once::surface(&built, &hit) else { continue };
             let wo = -dir;
-            // The shape that was met, by the renderer's own account of primitives; its material by the scene's.
-            let id = hit.id.0 as usize;
-            let facets = &built.geometry.facets;
-            let shape =
-                if id < facets.len() { facets[id].shape } else { built.geometry.balls[id - facets.len()].shape };
-            let lobes = world.lobes(scene.shapes[shape as usize].material);
+            // The shape that was met, by the renderer's own account; its material by the scene's.
+            let lobes = world.lobes(scene.shapes[hit.shape.0 as usize].material);
             let place = Place {
                 world: &world,
                 lobes: &lobes,
@@ -290,8 +287,8 @@ fn every_contribution_is_weight_times_integrand_over_density() {
                 wo: d(wo).normalize(),
             };
             for (i, settings) in settings.iter().enumerate() {
-                let mut sampler = Sampler::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
-                sampler.start(once::key(i as u32, x, y));
+                let mut sampler = Draws::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
+                sampler.start(once::key(i as u32, x, y), once::patch(i as u32, x, y));
                 let random = once::draw(&mut sampler, 0);
                 let scene = &lists[i % 2];
                 let found = once::reflected(scene, settings, &surface, wo, &random, &near[i % 2]);

@@ -356,12 +356,13 @@ fn lights_seen_directly() {
             }
             let near = built.patches.candidates(&built.camera, corner, corner.map(|c| c + 8));
             let hit = once::camera_hit(&built, dir, &near);
-            let what =
-                || format!("{name}, pixel {x}, {y}: {} at {}, expected {radiance} at {t}", d(hit.emitted), d(hit.p));
+            let what = || {
+                format!("{name}, pixel {x}, {y}: {} at {}, expected {radiance} at {t}", d(hit.emitted), d(hit.points.p))
+            };
             assert_eq!(d(hit.emitted), radiance, "{}", what());
             assert_eq!(hit.emits, radiance != DVec3::ZERO, "{}", what());
             if hit.emits {
-                assert!((d(hit.p) - (eye + w * t)).length() < 1e-4, "{}", what());
+                assert!((d(hit.points.p) - (eye + w * t)).length() < 1e-4, "{}", what());
                 lit += 1;
             }
         }

@@ -4,9 +4,10 @@
 use std::collections::HashSet;
 
 use mislab_renderer::lanes::{Single, Wrapping};
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler};
+use mislab_renderer::sampler::{Dimension, Numbers};
 use mislab_renderer::{SamplerKind, SamplerSettings, Strategy};
 use mislab_tests::chi_square::{PValues, chi_square};
+use mislab_tests::draws::Draws;
 use mislab_tests::pair::INDEPENDENT;
 use mislab_tests::statistics::z_limit;
 
@@ -26,9 +27,9 @@ fn key(x: u32, y: u32) -> Wrapping {
 }
 
 /// A sampler at a pixel.
-fn at(settings: &SamplerSettings, x: u32, y: u32) -> Sampler<'_, Single> {
-    let mut sampler = Sampler::new(Single, settings, ALL);
-    sampler.start(key(x, y));
+fn at(settings: &SamplerSettings, x: u32, y: u32) -> Draws<'_, Single> {
+    let mut sampler = Draws::new(Single, settings, ALL);
+    sampler.start(key(x, y), once::patch(3, x, y));
     sampler
 }
 
@@ -81,12 +82,12 @@ fn numbers_depend_on_nothing_but_their_names() {
                 "{settings:?}, sample {index} by itself"
             );
             let other = bits(&once::draw(&mut at(&settings, 6, 9), index));
-            sampler.start(key(6, 9));
+            sampler.start(key(6, 9), once::patch(3, 6, 9));
             assert_eq!(bits(&once::draw(&mut sampler, index)), other, "{settings:?}, sample {index} of the next pixel");
-            sampler.start(key(5, 9));
+            sampler.start(key(5, 9), once::patch(3, 5, 9));
             let alone = Dimension::ALL.map(|dimension| dimension == Dimension::Light);
-            let mut alone = Sampler::new(Single, &settings, alone);
-            alone.start(key(5, 9));
+            let mut alone = Draws::new(Single, &settings, alone);
+            alone.start(key(5, 9), once::patch(3, 5, 9));
             let numbers = once::draw(&mut alone, index);
             let expected = once::draw(&mut at(&settings, 5, 9), index).get_2d(Dimension::Light);
             assert_eq!(numbers.get_2d(Dimension::Light), expected, "{settings:?}, sample {index} of one dimension");
@@ -289,8 +290,8 @@ fn dimensions_pixels_and_samples_are_independent() {
         });
         test_pairs(&mut family, &format!("{name}, two seeds"), COUNT, false, |i| {
             [0, 1].map(|seed| {
-                let mut sampler = Sampler::new(Single, &settings, ALL);
-                sampler.start(once::key(seed, i, 0));
+                let mut sampler = Draws::new(Single, &settings, ALL);
+                sampler.start(once::key(seed, i, 0), once::patch(seed, i, 0));
                 once::draw(&mut sampler, 2)
             })
         });
@@ -319,7 +320,8 @@ fn every_stratum_gets_one_sample_of_each_round() {
         for jitter in [false, true] {
             let settings = stratified(strata, jitter);
             for pixel in 0..4 {
-                let mut sampler = at(&settings, pixel, 0);
+                let (mut sampler, centre) = (at(&settings, pixel, 0), stratified(strata, false));
+                let mut centres = at(&centre, pixel, 0);
                 let mut orders = HashSet::new();
                 let rounds = if n < 100 { 5 } else { 2 };
                 for round in 0..rounds {
@@ -328,17 +330,26 @@ fn every_stratum_gets_one_sample_of_each_round() {
                     let mut order = Vec::new();
                     for i in 0..n {
                         let numbers = once::draw(&mut sampler, round * n + i);
+                        // Rounding may move a number over the edge of its stratum, but not the stratum's centre.
+                        let middle = once::draw(&mut centres, round * n + i);
                         for (count, dimension) in one.iter_mut().zip(SINGLES) {
-                            let u = f64::from(numbers.get_1d(dimension)) * f64::from(n);
+                            let u = f64::from(middle.get_1d(dimension)) * f64::from(n);
                             count[u as usize] += 1;
-                            assert!(jitter || (u.fract() - 0.5).abs() < 1e-3, "{settings:?}: {u} is no centre");
+                            assert!((u.fract() - 0.5).abs() < 1e-3, "{settings:?}: {u} is no centre");
+                            let off = (f64::from(numbers.get_1d(dimension)) * f64::from(n) - u).abs();
+                            assert!(off < if jitter { 0.501 } else { 1e-9 }, "{settings:?}: {off} from the centre");
                         }
                         for (count, dimension) in two.iter_mut().zip(PAIRS) {
-                            let [x, y] = numbers.get_2d(dimension).map(f64::from);
-                            let [x, y] = [x * f64::from(nx), y * f64::from(ny)];
+                            let cells = |numbers: &Numbers<Single>| {
+                                let [x, y] = numbers.get_2d(dimension).map(f64::from);
+                                [x * f64::from(nx), y * f64::from(ny)]
+                            };
+                            let ([x, y], [jx, jy]) = (cells(&middle), cells(&numbers));
                             count[x as usize + nx as usize * y as usize] += 1;
                             let off = (x.fract() - 0.5).abs().max((y.fract() - 0.5).abs());
-                            assert!(jitter || off < 1e-3, "{settings:?}: {x}, {y} is no centre");
+                            assert!(off < 1e-3, "{settings:?}: {x}, {y} is no centre");
+                            let off = (jx - x).abs().max((jy - y).abs());
+                            assert!(off < if jitter { 0.501 } else { 1e-9 }, "{settings:?}: {off} from the centre");
                             order.push(x as u32 + nx * y as u32);
                         }
                     }
@@ -466,15 +477,16 @@ fn sobol_points_are_nets() {
 fn long_runs_of_sobol_points_are_nets() {
     let wanted = Dimension::ALL.map(|dimension| dimension == Dimension::Light);
     for pixel in 0..2 {
-        let mut sampler = Sampler::new(Single, &SOBOL, wanted);
-        sampler.start(key(pixel, 0));
+        let mut sampler = Draws::new(Single, &SOBOL, wanted);
+        sampler.start(key(pixel, 0), once::patch(3, pixel, 0));
         let points: Vec<_> =
             (0..1 << 17).map(|i| once::draw(&mut sampler, i).get_2d(Dimension::Light).map(f64::from)).collect();
         assert_net(&points, || format!("pixel {pixel}"));
     }
 }
 
-/// No two pixels share a pattern, in any dimension.
+/// No two pixels share a pattern, in any dimension; but the pixels of a patch share an order of strata that each turns in
+/// one of four times as many ways as there are strata (twice in one dimension).
 #[test]
 fn pixels_have_patterns_of_their_own() {
     let large = stratified([256, 256], false);
@@ -485,11 +497,14 @@ fn pixels_have_patterns_of_their_own() {
             let mut sampler = at(&settings, pixel % 100, pixel / 100);
             let drawn = [0, 1, 2, 3].map(|index| once::draw(&mut sampler, index));
             for (seen, dimension) in seen.iter_mut().zip(Dimension::ALL) {
-                seen.insert(drawn.map(|numbers| numbers.get_1d(dimension).to_bits()));
+                seen.insert(drawn.map(|numbers| numbers.get_2d(dimension).map(f32::to_bits)));
             }
         }
         for (seen, dimension) in seen.iter().zip(Dimension::ALL) {
-            assert_eq!(seen.len(), PIXELS as usize, "{settings:?}, {dimension:?}: patterns of {PIXELS} pixels");
+            // Among 157 patches of 64 pixels a few turns coincide: 2.4 of 2^17, 1.2 of 2^18.
+            let coincide = if settings.kind == SamplerKind::Stratified { 10 } else { 0 };
+            let (seen, least) = (seen.len(), (PIXELS - coincide) as usize);
+            assert!(seen >= least, "{settings:?}, {dimension:?}: {seen} patterns of {PIXELS} pixels");
         }
     }
 }

@@ -3,13 +3,14 @@
 
 use glam::{DVec3, Vec3};
 use mislab_renderer::Settings;
-use mislab_renderer::bsdf::{self, BsdfSample, BsdfValue, Surface};
+use mislab_renderer::bsdf::{self, BsdfValue, Surface};
 use mislab_renderer::build::{BuiltScene, CameraHit};
 use mislab_renderer::estimator::{Reflected, reflected_radiance};
 use mislab_renderer::lanes::{Single, V3, Wrapping};
 use mislab_renderer::light::{Lights, Sight};
 use mislab_renderer::patch::Candidates;
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::sampler::{Dimension, Numbers, patch_key, pixel_keys};
+use mislab_tests::draws::Draws;
 use mislab_tests::pair::INDEPENDENT;
 
 /// For the renderer.
@@ -32,15 +33,20 @@ pub fn key(seed: u32, x: u32, y: u32) -> Wrapping {
     pixel_keys(Single, seed, Wrapping(x), Wrapping(y))
 }
 
+/// Of the patch that a pixel is in.
+pub fn patch(seed: u32, x: u32, y: u32) -> u32 {
+    patch_key(seed, [x, y].map(|c| c / 8 * 8))
+}
+
 #[inline(never)]
-pub fn draw(sampler: &mut Sampler<'_, Single>, index: u32) -> Numbers<Single> {
+pub fn draw(sampler: &mut Draws<'_, Single>, index: u32) -> Numbers<Single> {
     sampler.draw(index)
 }
 
 /// Independent numbers of all dimensions: sample `index` of a pixel with this key.
 pub fn numbers(key: u32, index: u32) -> Numbers<Single> {
-    let mut sampler = Sampler::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
-    sampler.start(Wrapping(key));
+    let mut sampler = Draws::new(Single, &INDEPENDENT, [true; Dimension::ALL.len()]);
+    sampler.start(Wrapping(key), key);
     draw(&mut sampler, index)
 }
 
@@ -49,9 +55,19 @@ pub fn evaluate(s: &Surface<'_, Single>, wo: V3<Single>, wi: V3<Single>) -> Bsdf
     bsdf::evaluate(Single, s, wo, wi)
 }
 
+/// A direction drawn from the BSDF, and what a mirror's direction is worth there.
+pub struct Drawn {
+    pub wi: V3<Single>,
+    pub dirac: bool,
+    pub dirac_f: V3<Single>,
+    pub dirac_pmf: f32,
+}
+
 #[inline(never)]
-pub fn sample(s: &Surface<'_, Single>, wo: V3<Single>, random: &Numbers<Single>) -> BsdfSample<Single> {
-    bsdf::sample(Single, s, wo, random)
+pub fn sample(s: &Surface<'_, Single>, wo: V3<Single>, random: &Numbers<Single>) -> Drawn {
+    let (wi, dirac) = bsdf::sample(Single, s, wo, random);
+    let mirror = bsdf::evaluate_mirror(Single, s, wo);
+    Drawn { wi, dirac, dirac_f: mirror.f_cos, dirac_pmf: mirror.pdf }
 }
 
 #[inline(never)]
@@ -65,8 +81,13 @@ pub fn sample_light(lights: &Lights, p: V3<Single>, random: &Numbers<Single>) ->
 }
 
 #[inline(never)]
-pub fn camera_hit(scene: &BuiltScene, dir: V3<Single>, near: &Candidates) -> CameraHit<Single> {
+pub fn camera_hit<'a>(scene: &'a BuiltScene, dir: V3<Single>, near: &Candidates) -> CameraHit<'a, Single> {
     scene.camera_hit(Single, dir, near)
+}
+
+/// What was met there, if it scatters.
+pub fn surface<'a>(scene: &'a BuiltScene, hit: &CameraHit<'a, Single>) -> Option<Surface<'a, Single>> {
+    scene.material(hit.shape.0).map(|material| Surface { material, ..hit.points })
 }
 
 #[inline(never)]

@@ -4,11 +4,12 @@
 use mislab_renderer::bsdf::Surface;
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::estimator::{Contribution, Reflected, reflected_radiance};
-use mislab_renderer::film::{Sample, Tile};
+use mislab_renderer::film::{BLOCK, Sample, Tile};
 use mislab_renderer::lanes::{Lanes, Mask, Real, Single, V3};
 use mislab_renderer::patch::Candidates;
-use mislab_renderer::sampler::{Dimension, Numbers, Sampler, pixel_keys};
+use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
 use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Settings, Strategy};
+use mislab_tests::draws::Draws;
 use mislab_tests::two_lanes::{Floats, Integers, Truths, Two};
 
 use crate::estimator::{SIDE, all_settings, scenes};
@@ -29,9 +30,9 @@ fn bits<L: Lanes>(r: &Reflected<L>, lane: usize) -> [([u32; 3], u32, bool); 2] {
 }
 
 #[inline(never)]
-fn draw(settings: &Settings, keys: Integers, index: u32) -> Numbers<Two> {
-    let mut sampler = Sampler::new(Two, &settings.sampler, [true; Dimension::ALL.len()]);
-    sampler.start(keys);
+fn draw(settings: &Settings, keys: Integers, patch: u32, index: u32) -> Numbers<Two> {
+    let mut sampler = Draws::new(Two, &settings.sampler, [true; Dimension::ALL.len()]);
+    sampler.start(keys, patch);
     sampler.draw(index)
 }
 
@@ -70,13 +71,16 @@ fn samples_of_two_pixels() {
                 let what = format!("{name}, pixel {x} + {lane}, {y}");
                 assert_eq!(found, (one.surface, one.emits, vector(one.emitted, 0)), "{what}");
                 if one.surface {
-                    assert_eq!((hit.id.0[lane], vector(hit.p, lane)), (one.id.0, vector(one.p, 0)), "{what}");
+                    let found = (hit.shape.0[lane], vector(hit.points.p, lane), vector(hit.points.n, lane));
+                    let alone = (one.shape.0, vector(one.points.p, 0), vector(one.points.n, 0));
+                    assert_eq!(found, alone, "{what}");
                 }
             }
-            if !hit.surface.all() || hit.id.0[0] != hit.id.0[1] {
+            if !hit.surface.all() || hit.shape.0[0] != hit.shape.0[1] {
                 continue;
             }
-            let Some(surface) = built.surface(Two, hit.id.0[0], hit.p, dir) else { continue };
+            let Some(material) = built.material(hit.shape.0[0]) else { continue };
+            let surface = Surface { material, ..hit.points };
             for (i, settings) in all.iter().enumerate() {
                 // Samplers in turn.
                 let kind = SamplerKind::ALL[i % 3];
@@ -85,13 +89,14 @@ fn samples_of_two_pixels() {
                 let keys = [once::key(i as u32, x, y), once::key(i as u32, x + 1, y)];
                 let wide = pixel_keys(Two, i as u32, Integers([x, x + 1]), Integers([y; 2]));
                 assert_eq!(wide.0, keys.map(|key| key.0), "keys");
-                let random = draw(settings, wide, pixel);
+                let patch = once::patch(i as u32, x, y);
+                let random = draw(settings, wide, patch, pixel);
                 let found = reflected(&built, settings, &surface, -dir, &random, &near);
                 let alone = [0, 1].map(|lane| {
                     let (dir, hit) = &each[lane];
-                    let surface = built.surface(Single, hit.id.0, hit.p, *dir).expect("the surface scatters");
-                    let mut sampler = Sampler::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
-                    sampler.start(keys[lane]);
+                    let surface = once::surface(&built, hit).expect("the surface scatters");
+                    let mut sampler = Draws::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
+                    sampler.start(keys[lane], patch);
                     let random = once::draw(&mut sampler, pixel);
                     once::reflected(&built, settings, &surface, -*dir, &random, &near)
                 });
@@ -143,7 +148,7 @@ fn invalid_samples_are_counted_lane_by_lane() {
     let emitted = V3::all(Floats([0.5; 2]));
     for bare in [false, true] {
         for strategy in Strategy::ALL {
-            let mut tile = Tile::new(PixelRect { min: [0, 0], max: [4, 4] }, strategy, None);
+            let mut tile = Tile::new(PixelRect { min: [0, 0], max: BLOCK }, strategy, None);
             tile.bare = bare;
             for (index, [a, b]) in
                 [[1.0, 2.0], [f32::NAN, 1.0], [1.0, f32::INFINITY], [1e30, f32::NAN]].into_iter().enumerate()
