@@ -211,9 +211,9 @@ impl<'a> Sampler<'a> {
             self.round = first / (nx * ny);
             length = length.min(nx * ny - first % (nx * ny));
         }
-        for d in 0..COUNT {
-            if self.wanted[d] && self.settings.kind != SamplerKind::Sobol {
-                for (i, counter) in self.counters[d].iter_mut().enumerate().take(length as usize) {
+        if self.settings.kind != SamplerKind::Sobol {
+            for (d, counters) in self.counters.iter_mut().enumerate().filter(|(d, _)| self.wanted[*d]) {
+                for (i, counter) in counters.iter_mut().enumerate().take(length as usize) {
                     // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
                     *counter = mix_one(first.wrapping_add(i as u32) ^ STREAMS[d].0);
                 }
