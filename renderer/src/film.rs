@@ -1,8 +1,8 @@
 //! The accumulator: for a tile of pixels, what every picture and layer is worked out from.
 //!
 //! Sums are kept as pairs of floats, the running sum and what rounding has kept from it so far, which goes in with
-//! the next sample (Kahan 1965): a plain f32 sum is a quarter of a percent off after 262 144 samples. Pixels are stored in blocks of 8 x 4, lane by lane, as the kernel works on
-//! them; rows are put together only when somebody looks.
+//! the next sample (Kahan 1965): a plain f32 sum is a quarter of a percent off after 262 144 samples. Pixels are
+//! stored in blocks of 8 x 4, lane by lane, as the kernel works on them; rows are put together only when somebody looks.
 
 use crate::estimator::{Contribution, Reflected};
 use crate::lanes::{Lanes, Mask, PACKET, Real, V3};

@@ -1,8 +1,8 @@
 //! Numbers in lanes: the only file that names the SIMD crate.
 //!
 //! The estimator is written once, over a [`Lanes`] type. [`Wide`] runs it on 16 pixels at a time
-//! with whatever vector unit the machine has (chosen at run time, see [`Level`]); [`Single`] is
-//! the same text on one pixel, plain `f32`, for tests, replay and comparison.
+//! with whatever vector unit the machine has (chosen at run time, see [`Level`]), [`Twice`] on two
+//! such packets side by side; [`Single`] is the same text on one pixel, plain `f32`, for tests, replay and comparison.
 //!
 //! Everything here and everything generic over `Lanes` is `#[inline(always)]`, helper for helper:
 //! a function that does not inline into the dispatched one is compiled for the baseline

@@ -11,7 +11,7 @@
 //!
 //! Reading order: [`estimator`] is the page all else serves; [`mis`] the heuristics; [`light`],
 //! [`bsdf`] and [`warp`] the two techniques' samples and densities; [`sampler`] the random numbers;
-//! [`lanes`] how one text runs on sixteen pixels at once. [`scene`] and [`settings`] say *what* is
+//! [`lanes`] how one text runs on many pixels at once. [`scene`] and [`settings`] say *what* is
 //! rendered, [`build`], [`geometry`], [`shape`] and [`camera`] bring it into shape, [`kernel`] walks
 //! over pixels, [`film`] adds up, [`progressive`] does so in the background and hands out a
 //! [`frame`]. [`patch`] narrows the scene down for a few pixels at a time. [`pbrt`] reads scene files.
