@@ -81,7 +81,7 @@ pub struct Contribution<L: Lanes> {
 impl<L: Lanes> Contribution<L> {
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
-    fn select(m: L::M, a: &Self, b: &Self) -> Self {
+    pub fn select(m: L::M, a: &Self, b: &Self) -> Self {
         Self {
             value: V3::select(m, a.value, b.value),
             weight: m.select(a.weight, b.weight),
@@ -106,12 +106,6 @@ impl<L: Lanes> Reflected<L> {
         let nothing = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
         Self { light: nothing, bsdf: nothing }
     }
-
-    /// `a` where true, `b` elsewhere.
-    #[inline(always)]
-    pub fn select(m: L::M, a: &Self, b: &Self) -> Self {
-        Self { light: Contribution::select(m, &a.light, &b.light), bsdf: Contribution::select(m, &a.bsdf, &b.bsdf) }
-    }
 }
 
 /// Probabilities c of the techniques, light and BSDF: those of the one-sample model, else 1.
@@ -123,25 +117,24 @@ fn technique_probs<L: Lanes>(l: L, settings: &Settings) -> (L::F, L::F) {
     }
 }
 
-/// One sample of the radiance that `s` reflects towards `wo`, by the strategy of `settings`.
+/// One sample of the radiance that `s` reflects towards `wo`, by the strategy of `settings`, put into `reflected` where
+/// true.
 #[inline(always)]
 pub fn reflected_radiance<L: Lanes>(
     l: L,
     scene: &BuiltScene,
     settings: &Settings,
-    s: &Surface<'_, L>,
-    wo: V3<L>,
+    (here, s, wo): (L::M, &Surface<'_, L>, V3<L>),
     random: &Numbers<L>,
     near: &Candidates,
-) -> Reflected<L> {
-    let mut reflected = Reflected::nothing(l);
+    reflected: &mut Reflected<L>,
+) {
     for ray in 0..settings.strategy.rays_per_sample() {
         // Else the compiler works out before the loop whatever might be needed inside, used or not.
         let (s, wo, random) = black_box((s, &wo, random));
         let draw = draw(l, scene, settings, s, *wo, random, ray);
-        follow(l, scene, settings, (s, *wo), &draw, near, &mut reflected);
+        follow(l, scene, settings, (here, s, *wo), &draw, near, reflected);
     }
-    reflected
 }
 
 /// Draws the direction of secondary ray number `ray` (of `strategy.rays_per_sample()`) from the surface `s`.
@@ -186,13 +179,13 @@ fn bsdf_technique<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Number
     bsdf::sample(l, s, wo, random)
 }
 
-/// Follows the ray that was drawn and adds its part to `reflected`.
+/// Follows the ray that was drawn and puts its part into `reflected`.
 #[inline(always)]
 fn follow<L: Lanes>(
     l: L,
     scene: &BuiltScene,
     settings: &Settings,
-    (s, wo): (&Surface<'_, L>, V3<L>),
+    (here, s, wo): (L::M, &Surface<'_, L>, V3<L>),
     draw: &Draw<L>,
     near: &Candidates,
     reflected: &mut Reflected<L>,
@@ -216,11 +209,12 @@ fn follow<L: Lanes>(
     };
     let sample = contribution(l, &x, weight, c, p);
     // A technique draws at most one of the rays.
-    if by_light.any() {
-        reflected.light = Contribution::select(by_light, &sample, &reflected.light);
+    let (light, bsdf) = (here & by_light, here & !by_light);
+    if light.any() {
+        reflected.light = Contribution::select(light, &sample, &reflected.light);
     }
-    if !by_light.all() {
-        reflected.bsdf = Contribution::select(by_light, &reflected.bsdf, &sample);
+    if bsdf.any() {
+        reflected.bsdf = Contribution::select(bsdf, &sample, &reflected.bsdf);
     }
 }
 

@@ -274,7 +274,11 @@ impl Tile {
     #[inline(always)]
     pub fn add<L: Lanes>(&mut self, l: L, at: (usize, usize), index: u32, sample: &Sample<L>) -> u32 {
         let Sample { reflected, emitted, emits } = sample;
-        let total = reflected.light.value + reflected.bsdf.value + *emitted;
+        let mut total = reflected.light.value + reflected.bsdf.value;
+        let emits_any = emits.any();
+        if emits_any {
+            total = total + *emitted;
+        }
         let y = luminance(l, total);
         let square = y * y;
         let valid = square.le(l.f(f32::MAX));
@@ -287,7 +291,7 @@ impl Tile {
         add_technique(l, &mut self.light, self.draws[0], at, index, &reflected.light, valid);
         add_technique(l, &mut self.bsdf, self.draws[1], at, index, &reflected.bsdf, valid);
         self.luminance2.add(l, at, index, [valid.select(square, l.f(0.0))]);
-        if emits.any() || self.emission.is_some() {
+        if emits_any || self.emission.is_some() {
             let blocks = self.block_count();
             let emission = self.emission.get_or_insert_with(|| {
                 let mut sums = Sums::default();

@@ -201,8 +201,7 @@ fn sample<L: Lanes>(
         todo = todo & !here;
         if let Some(material) = scene.material(shape) {
             let surface = Surface { material, ..hit.points };
-            let round = reflected_radiance(l, scene, settings, &surface, -dir, random, near);
-            reflected = if here.all() { round } else { Reflected::select(here, &round, &reflected) };
+            reflected_radiance(l, scene, settings, (here, &surface, -dir), random, near, &mut reflected);
         }
     }
     Sample { reflected, emitted: hit.emitted, emits: hit.emits }

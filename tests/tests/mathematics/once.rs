@@ -99,5 +99,7 @@ pub fn reflected(
     random: &Numbers<Single>,
     near: &Candidates,
 ) -> Reflected<Single> {
-    reflected_radiance(Single, scene, settings, s, wo, random, near)
+    let mut reflected = Reflected::nothing(Single);
+    reflected_radiance(Single, scene, settings, (true, s, wo), random, near, &mut reflected);
+    reflected
 }

@@ -45,7 +45,9 @@ fn reflected(
     random: &Numbers<Two>,
     near: &Candidates,
 ) -> Reflected<Two> {
-    reflected_radiance(Two, scene, settings, s, wo, random, near)
+    let mut reflected = Reflected::nothing(Two);
+    reflected_radiance(Two, scene, settings, (Truths([true; 2]), s, wo), random, near, &mut reflected);
+    reflected
 }
 
 #[test]
@@ -127,7 +129,8 @@ fn samples_are_selected_as_a_whole() {
         let a = Reflected { light: part(10.0, [bit(0), bit(1)]), bsdf: part(20.0, [bit(1), bit(2)]) };
         let b = Reflected { light: part(30.0, [bit(2), bit(3)]), bsdf: part(40.0, [bit(3), bit(0)]) };
         let mask = [bit(4), bit(5)];
-        let selected = Reflected::select(Truths(mask), &a, &b);
+        let select = |a, b| Contribution::select(Truths(mask), a, b);
+        let selected = Reflected { light: select(&a.light, &b.light), bsdf: select(&a.bsdf, &b.bsdf) };
         for lane in 0..2 {
             let expected = if mask[lane] { &a } else { &b };
             assert_eq!(bits(&selected, lane), bits(expected, lane), "{mask:?}, lane {lane}");
