@@ -180,13 +180,15 @@ pub fn evaluate<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, wi: V3<L>) -> Bsd
         let n_h = s.n.dot(h);
         let alpha2 = m.alpha * m.alpha;
         let shape = across.dot(across) + n_h * n_h * alpha2;
-        let narrow = h2 / shape;
-        let half_d = narrow * narrow * (0.5 * FRAC_1_PI * alpha2);
         let s_o = smith(l, alpha2, cos_o);
         let s_i = smith(l, alpha2, cos_i);
         let (masking, one_sided) = (s_o * cos_i + s_i * cos_o, cos_o + s_o);
-        // One division for both quotients.
-        let common = half_d / (masking * one_sided);
+        // One division for all quotients.
+        let both = masking * one_sided;
+        let inverse = l.f(1.0) / (shape * both);
+        let narrow = h2 * (inverse * both);
+        let half_d = narrow * narrow * (0.5 * FRAC_1_PI * alpha2);
+        let common = half_d * (inverse * shape);
         let lobe = common * one_sided * cos_i;
         let lobe_pdf = common * masking;
         // cos between half vector and wo: (wo.wo + wo.wi) / |h| = |h| / 2 for unit vectors.

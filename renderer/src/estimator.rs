@@ -254,6 +254,7 @@ fn candidate<L: Lanes>(
 fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, c: L::F, p: L::F) -> Contribution<L> {
     let zero = l.f(0.0);
     let carries = !p.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
-    let value = x.f * (weight / (c * p));
+    // Not `weight / (c p)`: this way the division need not wait for those of the weight.
+    let value = x.f * (weight * (l.f(1.0) / (c * p)));
     Contribution { value: V3::select(carries, value, V3::all(zero)), weight: carries.select(weight, zero), carries }
 }

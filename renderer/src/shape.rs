@@ -178,7 +178,7 @@ impl<L: Lanes> BallLanes<L> {
     fn chord(&self, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
         let to_center = self.center - origin;
         let along = to_center.dot(dir);
-        let off = to_center - dir * along;
+        let off = dir.scale_add(-along, to_center);
         (along, self.radius2 - off.dot(off))
     }
 
