@@ -157,7 +157,7 @@ impl Frame {
 
     /// Writes channels one after the other: `bounds().area()` values each, row by row from the top
     /// left. Undefined values (no sample of the technique carried light; variance of a single
-    /// sample) are NaN.
+    /// sample, or of luminances whose squares add up to more than an f32 holds) are NaN.
     ///
     /// # Panics
     /// If `out` has another length.
@@ -246,7 +246,9 @@ fn resolve_block(tile: &Tile, channel: Channel, block: usize, values: &mut [f32;
             }
             let mut variance = [0.0; PACKET];
             for i in 0..PACKET {
-                variance[i] = (squares[i] - sum[i] * sum[i] / spp).max(0.0) / (spp - 1.0);
+                let rest = squares[i] - sum[i] * sum[i] / spp;
+                // No `max`, which makes 0 of a NaN: squares may add up to more than single precision holds.
+                variance[i] = if rest < 0.0 { 0.0 } else { rest } / (spp - 1.0);
             }
             variance
         }

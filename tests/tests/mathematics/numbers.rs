@@ -28,7 +28,16 @@ fn key(x: u32, y: u32) -> Wrapping {
 
 /// A sampler at a pixel.
 fn at(settings: &SamplerSettings, x: u32, y: u32) -> Draws<'_, Single> {
-    let mut sampler = Draws::new(Single, settings, ALL);
+    wanting(ALL, settings, x, y)
+}
+
+/// A sampler at a pixel, for one dimension.
+fn only(dimension: Dimension, settings: &SamplerSettings, x: u32, y: u32) -> Draws<'_, Single> {
+    wanting(Dimension::ALL.map(|other| other == dimension), settings, x, y)
+}
+
+fn wanting(wanted: [bool; Dimension::ALL.len()], settings: &SamplerSettings, x: u32, y: u32) -> Draws<'_, Single> {
+    let mut sampler = Draws::new(Single, settings, wanted);
     sampler.start(key(x, y), once::patch(3, x, y));
     sampler
 }
@@ -85,10 +94,7 @@ fn numbers_depend_on_nothing_but_their_names() {
             sampler.start(key(6, 9), once::patch(3, 6, 9));
             assert_eq!(bits(&once::draw(&mut sampler, index)), other, "{settings:?}, sample {index} of the next pixel");
             sampler.start(key(5, 9), once::patch(3, 5, 9));
-            let alone = Dimension::ALL.map(|dimension| dimension == Dimension::Light);
-            let mut alone = Draws::new(Single, &settings, alone);
-            alone.start(key(5, 9), once::patch(3, 5, 9));
-            let numbers = once::draw(&mut alone, index);
+            let numbers = once::draw(&mut only(Dimension::Light, &settings, 5, 9), index);
             let expected = once::draw(&mut at(&settings, 5, 9), index).get_2d(Dimension::Light);
             assert_eq!(numbers.get_2d(Dimension::Light), expected, "{settings:?}, sample {index} of one dimension");
             assert_eq!(numbers.get_2d(Dimension::Bsdf), [0.0; 2], "not asked for");
@@ -217,13 +223,15 @@ fn numbers_of_a_pixel_seldom_agree() {
     const COUNT: u32 = 1 << 20;
     let numbers = f64::from(1 << 24);
     let mut sampler = at(&INDEPENDENT, 4, 4);
-    let mut seen = [(); 9].map(|()| vec![false; 1 << 24]);
+    // A bit for each number there is.
+    let mut seen = [(); 9].map(|()| vec![0u64; 1 << 18]);
     let mut again = [0u32; 9];
     for index in 0..COUNT {
         for (k, u) in each(&once::draw(&mut sampler, index)).into_iter().enumerate() {
-            let place = &mut seen[k][(u * numbers) as usize];
-            again[k] += u32::from(*place);
-            *place = true;
+            let number = (u * numbers) as usize;
+            let (word, bit) = (&mut seen[k][number / 64], 1 << (number % 64));
+            again[k] += u32::from(*word & bit != 0);
+            *word |= bit;
         }
     }
     let count = f64::from(COUNT);
@@ -413,7 +421,7 @@ fn strata_come_in_random_order() {
         let mut pairs = vec![0u32; (n * n) as usize];
         let mut firsts = vec![0u32; n as usize];
         for t in 0..trials {
-            let mut sampler = at(&settings, t % 256, t / 256);
+            let mut sampler = only(Dimension::Lobe, &settings, t % 256, t / 256);
             let [a, b] =
                 [i, j].map(|index| (once::draw(&mut sampler, index).get_1d(Dimension::Lobe) * n as f32) as u32);
             pairs[(a * n + b) as usize] += 1;
@@ -475,10 +483,8 @@ fn sobol_points_are_nets() {
 
 #[test]
 fn long_runs_of_sobol_points_are_nets() {
-    let wanted = Dimension::ALL.map(|dimension| dimension == Dimension::Light);
     for pixel in 0..2 {
-        let mut sampler = Draws::new(Single, &SOBOL, wanted);
-        sampler.start(key(pixel, 0), once::patch(3, pixel, 0));
+        let mut sampler = only(Dimension::Light, &SOBOL, pixel, 0);
         let points: Vec<_> =
             (0..1 << 17).map(|i| once::draw(&mut sampler, i).get_2d(Dimension::Light).map(f64::from)).collect();
         assert_net(&points, || format!("pixel {pixel}"));
