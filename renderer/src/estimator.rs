@@ -20,8 +20,6 @@
 //! A weight belongs to the technique that drew the sample. The weights of a direction sum to one
 //! because both techniques ask the same functions for the densities.
 
-use std::hint::black_box;
-
 use crate::bsdf::{self, BsdfValue, Surface};
 use crate::build::BuiltScene;
 use crate::lanes::{Lanes, Mask, Real, V3};
@@ -130,10 +128,8 @@ pub fn reflected_radiance<L: Lanes>(
     reflected: &mut Reflected<L>,
 ) {
     for ray in 0..settings.strategy.rays_per_sample() {
-        // Else the compiler works out before the loop whatever might be needed inside, used or not.
-        let (s, wo, random) = black_box((s, &wo, random));
-        let draw = draw(l, scene, settings, s, *wo, random, ray);
-        follow(l, scene, settings, (here, s, *wo), &draw, near, reflected);
+        let draw = draw(l, scene, settings, s, wo, random, ray);
+        follow(l, scene, settings, (here, s, wo), &draw, near, reflected);
     }
 }
 
