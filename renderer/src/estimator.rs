@@ -7,7 +7,7 @@
 //! ```
 //!
 //! There are two *techniques* to draw w: towards a light, with density `p_L`, and by the lobe of the
-//! BSDF, with density `p_B`. They are twins: each returns a [`Draw`], and one function makes of
+//! BSDF, with density `p_B`. They are twins: either direction is a [`Draw`], and one function makes of
 //! either a [`Candidate`], the direction's integrand and both densities. A *strategy* says which
 //! techniques are drawn and how they are weighted:
 //!
@@ -38,15 +38,6 @@ struct Draw<L: Lanes> {
     valid: L::M,
     /// True where it was drawn from a Dirac lobe.
     dirac: L::M,
-}
-
-impl<L: Lanes> Draw<L> {
-    /// No direction.
-    #[inline(always)]
-    fn nothing(l: L) -> Self {
-        let no = l.m(false);
-        Self { wi: V3::all(l.f(0.0)), by_light: no, valid: no, dirac: no }
-    }
 }
 
 /// A direction's integrand and both its densities, whichever technique drew it.
@@ -150,29 +141,17 @@ fn draw<L: Lanes>(
         Strategy::MisAll => l.m(ray == 0),
         Strategy::Mis => random.get_1d(Dimension::Technique).lt(technique_probs(l, settings).0),
     };
-    let mut draw = Draw { by_light, ..Draw::nothing(l) };
+    let mut draw = Draw { wi: s.n, by_light, valid: l.m(false), dirac: l.m(false) };
     if by_light.any() {
-        (draw.wi, draw.valid) = light_technique(l, scene, s, random);
+        (draw.wi, draw.valid) = scene.lights.sample(l, s.p, random);
     }
     if !by_light.all() {
-        let (wi, dirac) = bsdf_technique(l, s, wo, random);
+        let (wi, dirac) = bsdf::sample(l, s, wo, random);
         draw.wi = V3::select(by_light, draw.wi, wi);
         draw.valid = draw.valid | !by_light;
         draw.dirac = dirac & !by_light;
     }
     draw
-}
-
-/// A direction towards a light; false where there is none.
-#[inline(always)]
-fn light_technique<L: Lanes>(l: L, scene: &BuiltScene, s: &Surface<'_, L>, random: &Numbers<L>) -> (V3<L>, L::M) {
-    scene.lights.sample(l, s.p, random)
-}
-
-/// A direction by the lobe of the BSDF; true where it is the one direction of a mirror.
-#[inline(always)]
-fn bsdf_technique<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> (V3<L>, L::M) {
-    bsdf::sample(l, s, wo, random)
 }
 
 /// Follows the ray that was drawn and puts its part into `reflected`.

@@ -91,6 +91,9 @@ const STREAMS: [(u32, usize); Dimension::ALL.len()] = {
 /// 2^-24: what makes 24 bits a number in [0, 1).
 const UNIT: f32 = 1.0 / 16_777_216.0;
 
+/// The largest float below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
 /// One half in 24 bits.
 const HALF: f32 = 8_388_608.0;
 
@@ -151,8 +154,9 @@ pub struct Sampler<'a> {
     round: u32,
     /// By dimension and sample of the run: what tells its random numbers from others.
     counters: [[u32; RUN]; COUNT],
-    /// By dimension: column and row of the stratum that comes with each sample of the run.
-    strata: [[[f32; RUN]; 2]; COUNT],
+    strata: Strata,
+    /// By dimension: the stratum that comes with each sample of the run, before each pixel shuffles it.
+    order: [[u32; RUN]; COUNT],
 }
 
 /// Most samples of a run.
@@ -165,8 +169,8 @@ const COUNT: usize = Dimension::ALL.len();
 #[derive(Clone, Copy)]
 pub struct Pixels<L: Lanes> {
     keys: L::U,
-    /// By dimension: how the strata are turned.
-    turns: [[Turn<L>; 2]; COUNT],
+    /// By dimension: how the strata are shuffled.
+    shuffles: [Shuffle<L>; COUNT],
     /// By dimension: how Sobol points are scrambled.
     scrambles: [[L::U; 3]; COUNT],
 }
@@ -175,8 +179,8 @@ impl<L: Lanes> Pixels<L> {
     /// Those with these [`pixel_keys`], for [`Sampler::turn`] to turn.
     #[inline(always)]
     pub fn new(l: L, keys: L::U) -> Self {
-        let still = Turn { sign: l.f(1.0), shift: l.f(0.0) };
-        Self { keys, turns: [[still; 2]; COUNT], scrambles: [[l.u(0); 3]; COUNT] }
+        let still = Shuffle { key: l.u(0), factor: l.u(1), shift: l.u(0) };
+        Self { keys, shuffles: [still; COUNT], scrambles: [[l.u(0); 3]; COUNT] }
     }
 
     /// Others, not turned yet.
@@ -196,7 +200,8 @@ impl<'a> Sampler<'a> {
             first: 0,
             round: 0,
             counters: [[0; RUN]; COUNT],
-            strata: [[[0.0; RUN]; 2]; COUNT],
+            strata: Strata::new(settings.strata[0] * settings.strata[1]),
+            order: [[0; RUN]; COUNT],
         }
     }
 
@@ -204,12 +209,12 @@ impl<'a> Sampler<'a> {
     /// more than are `left`, nor than their round of strata has.
     #[inline(always)]
     pub fn start(&mut self, first: u32, left: u32) -> u32 {
-        let [nx, ny] = self.settings.strata;
+        let n = self.strata.n;
         let mut length = left.min(RUN as u32);
         self.first = first;
         if self.settings.kind == SamplerKind::Stratified {
-            self.round = first / (nx * ny);
-            length = length.min(nx * ny - first % (nx * ny));
+            self.round = first / n;
+            length = length.min(n - first % n);
         }
         if self.settings.kind != SamplerKind::Sobol {
             for (d, counters) in self.counters.iter_mut().enumerate().filter(|(d, _)| self.wanted[*d]) {
@@ -229,28 +234,17 @@ impl<'a> Sampler<'a> {
         if self.settings.kind != SamplerKind::Stratified {
             return;
         }
-        let [nx, ny] = self.settings.strata;
-        let n = nx * ny;
         for dimension in Dimension::ALL {
             let d = dimension as usize;
             if !self.wanted[d] {
                 continue;
             }
-            let order = Order::new(n, self.key ^ round_key(self.round, dimension));
-            let [columns, rows] = &mut self.strata[d];
+            let order = Order::new(self.strata, self.key ^ round_key(self.round, dimension));
             let mut i = 0;
             // All positions of the run at once, or as many as there are lanes. What lies beyond is not used.
             while i < RUN {
-                let position = l.iota() + l.u(self.first % n + i as u32);
-                let stratum = order.place(l, position).to_real();
-                if dimension.numbers() == 1 {
-                    stratum.store(&mut columns[i..]);
-                } else {
-                    // The half keeps the quotient clear of integers.
-                    let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
-                    row.store(&mut rows[i..]);
-                    (stratum - row * nx as f32).store(&mut columns[i..]);
-                }
+                let position = l.iota() + l.u(self.first % self.strata.n + i as u32);
+                order.place(l, position).store(&mut self.order[d][i..]);
                 i += L::N;
             }
         }
@@ -260,7 +254,6 @@ impl<'a> Sampler<'a> {
     #[inline(always)]
     pub fn turn<L: Lanes>(&self, l: L, pixels: &mut Pixels<L>) {
         let keys = pixels.keys;
-        let [nx, ny] = self.settings.strata;
         for dimension in Dimension::ALL {
             let d = dimension as usize;
             if !self.wanted[d] {
@@ -270,10 +263,7 @@ impl<'a> Sampler<'a> {
                 SamplerKind::Independent => {}
                 SamplerKind::Stratified => {
                     let key = mix(l, keys ^ l.u(round_key(self.round, dimension)));
-                    pixels.turns[d] = match dimension.numbers() {
-                        1 => [turn(l, nx * ny, key); 2],
-                        _ => [turn(l, nx, key), turn(l, ny, key << 16)],
-                    };
+                    pixels.shuffles[d] = self.strata.shuffle(l, key);
                 }
                 SamplerKind::Sobol => {
                     pixels.scrambles[d] = scramble(l, mix(l, keys ^ l.u(mix_one(0x51ed_270b ^ dimension as u32))));
@@ -292,9 +282,9 @@ impl<'a> Sampler<'a> {
                 numbers.0[d][0] = match self.settings.kind {
                     SamplerKind::Independent => self.bits(l, i, pixels, d) * UNIT,
                     SamplerKind::Stratified => {
-                        let n = self.settings.strata[0] * self.settings.strata[1];
                         let offset = if self.settings.jitter { self.bits(l, i, pixels, d) } else { l.f(HALF) };
-                        in_stratum(l, &pixels.turns[d][0], self.strata[d][0][i], n, offset)
+                        let stratum = self.strata.place(l, self.order[d][i], &pixels.shuffles[d]).to_real();
+                        in_stratum(l, stratum, self.strata.n, offset)
                     }
                     SamplerKind::Sobol => sobol_1d(l, self.first + i as u32, &pixels.scrambles[d]),
                 };
@@ -312,8 +302,11 @@ impl<'a> Sampler<'a> {
                         let [nx, ny] = self.settings.strata;
                         let jitter = self.settings.jitter;
                         let [jx, jy] = if jitter { self.pair_of_bits(l, i, pixels, d) } else { [l.f(HALF); 2] };
-                        let ([x, y], [columns, rows]) = (&pixels.turns[d], &self.strata[d]);
-                        [in_stratum(l, x, columns[i], nx, jx), in_stratum(l, y, rows[i], ny, jy)]
+                        let stratum = self.strata.place(l, self.order[d][i], &pixels.shuffles[d]).to_real();
+                        // The half keeps the quotient clear of integers.
+                        let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
+                        let column = stratum - row * nx as f32;
+                        [in_stratum(l, column, nx, jx), in_stratum(l, row, ny, jy)]
                     }
                     SamplerKind::Sobol => sobol_2d(l, self.first + i as u32, &pixels.scrambles[d]),
                 };
@@ -342,44 +335,80 @@ fn round_key(round: u32, dimension: Dimension) -> u32 {
     mix_one(round.wrapping_mul(8) + dimension as u32 + 1)
 }
 
-/// A number in a stratum, of n that each pixel turns in its own way, at `offset` in units of 2^-24.
+/// A number in a stratum of n, at `offset` in units of 2^-24.
 #[inline(always)]
-fn in_stratum<L: Lanes>(l: L, turn: &Turn<L>, stratum: f32, n: u32, offset: L::F) -> L::F {
-    let begin = l.f(stratum).mul_add(turn.sign, turn.shift);
-    let u = offset.mul_add(l.f(UNIT / n as f32), begin);
-    // Below 1 again, also where it was rounded up to 1.
-    u.ge(l.f(1.0)).select(u - 1.0, u)
+fn in_stratum<L: Lanes>(l: L, stratum: L::F, n: u32, offset: L::F) -> L::F {
+    offset.mul_add(l.f(UNIT / n as f32), stratum * (1.0 / n as f32)).min(l.f(BELOW_ONE))
 }
 
-/// How a pixel turns the row of n strata that its patch visits in a common order: stratum s begins at
-/// `(shift + sign s) mod 1`. The shift is uniform, so that every pixel is in every stratum with equal probability
-/// at every sample, and nearly independent of its neighbours.
-#[derive(Clone, Copy)]
-struct Turn<L: Lanes> {
-    /// 1/n or -1/n.
-    sign: L::F,
-    /// A multiple of 1/n: from 0 to n - 1 of them, or from n - 1 to 2 n - 2 where the sign is negative.
-    shift: L::F,
-}
-
-/// The turn of n strata that the upper 16 bits of `key` name, 1 <= n <= 65536.
-#[inline(always)]
-fn turn<L: Lanes>(l: L, n: u32, key: L::U) -> Turn<L> {
-    let back = (key & l.u(1 << 16)).eq(l.u(0));
-    // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n.
-    let shift = (((key >> 16) * l.u(n)) >> 16).to_real();
-    let width = 1.0 / n as f32;
-    Turn { sign: back.select(l.f(-width), l.f(width)), shift: back.select(shift + (n - 1) as f32, shift) * width }
-}
-
-/// A permutation of 0 .. n, 1 <= n <= 65536: the order in which the pixels of a patch visit their strata in one
-/// dimension and one round of n samples.
+/// The strata of a round, 1 to 65536 of them, and how they are permuted: rounds of a bijection of the next power of
+/// two, walked until it lands below n; then a rotation.
 #[derive(Clone, Copy, Debug)]
-struct Order {
+struct Strata {
     n: u32,
     /// For the next power of two: all its bits, and half of how many they are.
     mask: u32,
     fold: u32,
+}
+
+impl Strata {
+    fn new(n: u32) -> Self {
+        let bits = 32 - (n - 1).leading_zeros();
+        Self { n, mask: (1 << bits) - 1, fold: bits.div_ceil(2) }
+    }
+
+    /// One round: exclusive or, multiplication by an odd number, folding of the upper half onto the lower.
+    #[inline(always)]
+    fn permute<L: Lanes>(&self, l: L, x: L::U, key: L::U, factor: L::U) -> L::U {
+        let y = ((x ^ key) * factor) & l.u(self.mask);
+        y ^ (y >> self.fold)
+    }
+
+    #[inline(always)]
+    fn rotate<L: Lanes>(&self, l: L, x: L::U, shift: L::U) -> L::U {
+        let (x, limit) = (x + shift, l.u(self.n));
+        x.lt(limit).select_u(x, x - limit)
+    }
+
+    /// The shuffle that the random bits of `key` name.
+    #[inline(always)]
+    fn shuffle<L: Lanes>(&self, l: L, key: L::U) -> Shuffle<L> {
+        // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n.
+        Shuffle { key, factor: (mix_on(l, key) >> 15) | l.u(1), shift: ((key >> 16) * l.u(self.n)) >> 16 }
+    }
+
+    /// Where a pixel's shuffle takes a stratum of its patch's order.
+    #[inline(always)]
+    fn place<L: Lanes>(&self, l: L, stratum: u32, shuffle: &Shuffle<L>) -> L::U {
+        let mut x = self.permute(l, l.u(stratum), shuffle.key, shuffle.factor);
+        if self.n <= self.mask {
+            let mut outside = !x.lt(l.u(self.n));
+            while outside.any() {
+                x = outside.select_u(self.permute(l, x, shuffle.key, shuffle.factor), x);
+                outside = !x.lt(l.u(self.n));
+            }
+        }
+        self.rotate(l, x, shuffle.shift)
+    }
+}
+
+/// How a pixel shuffles the strata, which its patch visits in an order that all its pixels have in common. The order
+/// is random, the shuffle a single round: enough to make neighbours nearly independent of each other, so that the noise
+/// of all patches is alike. The rotation is uniform, so that every pixel is in every stratum with equal probability at
+/// every sample.
+#[derive(Clone, Copy)]
+struct Shuffle<L: Lanes> {
+    key: L::U,
+    /// Odd.
+    factor: L::U,
+    /// 0 to n - 1.
+    shift: L::U,
+}
+
+/// A permutation of the strata: the order in which the pixels of a patch visit them in one dimension and one round.
+#[derive(Clone, Copy, Debug)]
+struct Order {
+    strata: Strata,
     keys: [u32; 4],
     factors: [u32; 4],
     /// Rotation at the end.
@@ -388,41 +417,33 @@ struct Order {
 
 impl Order {
     /// The permutation that `key` names.
-    fn new(n: u32, key: u32) -> Self {
+    fn new(strata: Strata, key: u32) -> Self {
         let key = mix_one(key);
         let key2 = mix_one(key ^ 0x68e3_1da4);
-        let bits = 32 - (n - 1).leading_zeros();
         Self {
-            n,
-            mask: (1 << bits) - 1,
-            fold: bits.div_ceil(2),
+            strata,
             keys: [key, key >> 8, key >> 16, key2 >> 1],
             factors: [key2 >> 3, key2 >> 11, key2 >> 19, key >> 5].map(|factor| factor | 1),
-            shift: ((mix_one(key2) >> 16) * n) >> 16,
+            shift: ((mix_one(key2) >> 16) * strata.n) >> 16,
         }
     }
 
     /// Where positions i go; those from n on go somewhere.
-    ///
-    /// A bijection of the next power of two (rounds of xor, multiplication by an odd number and folding of the upper
-    /// half onto the lower), walked until it lands below n; then a rotation.
     #[inline(always)]
     fn place<L: Lanes>(&self, l: L, i: L::U) -> L::U {
-        let limit = l.u(self.n);
+        let limit = l.u(self.strata.n);
         let mut outside = i.lt(limit);
         let mut x = outside.select_u(i, l.u(0));
         while outside.any() {
             let mut y = x;
             // Four rounds; with three, pairs of successive strata are 6 % from uniform at n = 6.
             for round in 0..4 {
-                y = ((y ^ l.u(self.keys[round])) * l.u(self.factors[round])) & l.u(self.mask);
-                y = y ^ (y >> self.fold);
+                y = self.strata.permute(l, y, l.u(self.keys[round]), l.u(self.factors[round]));
             }
             x = outside.select_u(y, x);
             outside = outside & !x.lt(limit);
         }
-        let x = x + l.u(self.shift);
-        x.lt(limit).select_u(x, x - limit)
+        self.strata.rotate(l, x, l.u(self.shift))
     }
 }
 
@@ -493,7 +514,7 @@ mod tests {
     use crate::lanes::{Single, Wrapping};
 
     fn place(i: u32, n: u32, key: u32) -> u32 {
-        Order::new(n, key).place(Single, Wrapping(i)).0
+        Order::new(Strata::new(n), key).place(Single, Wrapping(i)).0
     }
 
     fn numbers(settings: &SamplerSettings, strategy: Strategy, key: u32, index: u32) -> Numbers<Single> {

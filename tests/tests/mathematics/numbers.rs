@@ -446,6 +446,34 @@ fn strata_come_in_random_order() {
     family.judge(6);
 }
 
+/// From sample to sample, neighbours in a patch seldom move by the same number of strata, forwards or backwards: else
+/// all 64 pixels would be lucky or unlucky together, and the noise of a picture in progress would come in squares.
+#[test]
+fn neighbours_go_through_strata_in_ways_of_their_own() {
+    for strata in [[8, 8], [6, 6]] {
+        let settings = stratified(strata, false);
+        let n = strata[0] * strata[1];
+        let step = |x: u32, y: u32, index: u32| {
+            let mut sampler = only(Dimension::LightChoice, &settings, x, y);
+            let [a, b] = [index, index + 1]
+                .map(|index| (once::draw(&mut sampler, index).get_1d(Dimension::LightChoice) * n as f32) as u32);
+            (b + n - a) % n
+        };
+        let (mut alike, mut count) = (0u32, 0u32);
+        for patch in 0..2000 {
+            let (x, y) = (patch % 50 * 8, patch / 50 * 8);
+            for index in [0, 7, 20] {
+                let (here, there) = (step(x, y, index), step(x + 1 + patch % 7, y + 3, index));
+                alike += u32::from(here == there || here == n - there);
+                count += 1;
+            }
+        }
+        // Independent permutations: 2 of n - 1.
+        let (share, ideal) = (f64::from(alike) / f64::from(count), 2.0 / f64::from(n - 1));
+        assert!(share < ideal + 0.05, "{strata:?}: {share} of the steps are alike, {ideal} would be by chance");
+    }
+}
+
 /// Fails unless each of the 2^k points has an elementary interval of every shape to itself.
 fn assert_net(points: &[[f64; 2]], what: impl Fn() -> String) {
     let k = points.len().ilog2();
