@@ -51,28 +51,37 @@ impl Sums {
         }
     }
 
-    /// Adds one number to each of the first `C` channels of the lanes at `lane` of `block`. `sample` counts from 0.
+    /// Adds one number to each of the first `C` channels of the lanes at `lane` of `block`, `here` only: the others are
+    /// left as they are, to the bit, as if the packet had been skipped. (To add a zero would not do that: after
+    /// a number far above the sum, the carry may be more than half a unit of it.) `sample` counts from 0.
     #[inline(always)]
-    fn add<L: Lanes, const C: usize>(&mut self, l: L, (block, lane): (usize, usize), sample: u32, x: [L::F; C]) {
+    fn add<L: Lanes, const C: usize>(
+        &mut self,
+        l: L,
+        (block, lane): (usize, usize),
+        sample: u32,
+        here: L::M,
+        x: [L::F; C],
+    ) {
+        let zero = l.f(0.0);
         let at = block * self.channels * PACKET + lane;
         let to = at..at + (C - 1) * PACKET + L::N;
         let sums = &mut self.sum[to.clone()];
         if sample == 0 {
             for (channel, x) in x.into_iter().enumerate() {
-                x.store(&mut sums[channel * PACKET..]);
+                here.select(x, zero).store(&mut sums[channel * PACKET..]);
             }
             return;
         }
         let carries = &mut self.carry[to];
-        for (channel, mut x) in x.into_iter().enumerate() {
+        for (channel, x) in x.into_iter().enumerate() {
             let (sum, carry) = (&mut sums[channel * PACKET..], &mut carries[channel * PACKET..]);
-            if sample > 1 {
-                x = x + l.load(carry);
-            }
+            let carried = if sample > 1 { l.load(carry) } else { zero };
+            let x = here.select(x + carried, zero);
             let old = l.load(sum);
             let new = old + x;
             new.store(sum);
-            (x - (new - old)).store(carry);
+            here.select(x - (new - old), carried).store(carry);
         }
     }
 
@@ -284,13 +293,12 @@ impl Tile {
         let valid = square.le(l.f(f32::MAX));
         if self.bare {
             let sums = if self.draws[0] { &mut self.light } else { &mut self.bsdf };
-            let total = V3::select(valid, total, V3::all(l.f(0.0)));
-            sums.add(l, at, index, [total.x, total.y, total.z]);
+            sums.add(l, at, index, valid, [total.x, total.y, total.z]);
             return if valid.all() { 0 } else { L::N as u32 - valid.bits().count_ones() };
         }
         add_technique(l, &mut self.light, self.draws[0], at, index, &reflected.light, valid);
         add_technique(l, &mut self.bsdf, self.draws[1], at, index, &reflected.bsdf, valid);
-        self.luminance2.add(l, at, index, [valid.select(square, l.f(0.0))]);
+        self.luminance2.add(l, at, index, valid, [square]);
         if emits_any || self.emission.is_some() {
             let blocks = self.block_count();
             let emission = self.emission.get_or_insert_with(|| {
@@ -301,8 +309,7 @@ impl Tile {
             // The buffer starts as zeros, whenever that was: count as if every sample came before.
             let seen = *emits & valid;
             if seen.any() {
-                let emitted = V3::select(seen, *emitted, V3::all(l.f(0.0)));
-                emission.add(l, at, index.max(2), [emitted.x, emitted.y, emitted.z]);
+                emission.add(l, at, index.max(2), seen, [emitted.x, emitted.y, emitted.z]);
             }
         }
         if valid.all() { 0 } else { L::N as u32 - valid.bits().count_ones() }
@@ -322,14 +329,10 @@ fn add_technique<L: Lanes>(
     if !drawn {
         return;
     }
-    let zero = l.f(0.0);
     let carries = x.carries & valid;
-    // Adding zeros changes no bit of a sum; where nothing carries, only the first two samples must write.
+    // Where nothing carries, only the first two samples must write.
     if sample <= 1 || carries.any() {
-        let value = V3::select(carries, x.value, V3::all(zero));
-        let weight = carries.select(x.weight, zero);
-        let count = carries.select(l.f(1.0), zero);
-        sums.add(l, at, sample, [value.x, value.y, value.z, weight, count]);
+        sums.add(l, at, sample, carries, [x.value.x, x.value.y, x.value.z, x.weight, l.f(1.0)]);
     }
 }
 

@@ -169,3 +169,47 @@ fn invalid_samples_are_counted_lane_by_lane() {
         }
     }
 }
+
+/// Sums of a pixel, with what rounding has kept from them, are those it has alone, whatever its neighbour adds.
+#[test]
+fn pixels_are_summed_alone() {
+    let bounds = PixelRect { min: [0, 0], max: BLOCK };
+    let new = || Tile::new(bounds, Strategy::MisAll, None);
+    let (mut both, mut alone) = (new(), new());
+    let random = |index: u32, lane: u32, what: u32| {
+        let bits = once::key(what, index, lane).0;
+        // Now and then far above the sum so far: then what rounding has kept may be more than half a unit of it.
+        (bits >> 8) as f32 * 0.25f32.powi((bits & 15) as i32)
+    };
+    const ROUND: u32 = 16;
+    for number in 0..1000 * ROUND {
+        let index = number % ROUND;
+        if index == 0 {
+            (both, alone) = (new(), new());
+        }
+        let carries = |what| [0, 1].map(|lane| once::key(what, number, lane).0 >> 12 & 1 == 0);
+        let part = |what: u32| {
+            let x = [0, 1].map(|lane| random(number, lane, what));
+            let value = V3 { x: Floats(x), y: Floats(x.map(|x| 3.0 * x)), z: Floats(x.map(|x| x / 3.0)) };
+            Contribution::<Two> { value, weight: Floats(x.map(|x| x / 64.0)), carries: Truths(carries(what + 1)) }
+        };
+        let (light, bsdf) = (part(10), part(20));
+        let emitted = [0, 1].map(|lane| random(number, lane, 30));
+        let emits = carries(31);
+        let emitted = [0, 1].map(|lane| if emits[lane] { emitted[lane] } else { 0.0 });
+        let reflected = Reflected { light, bsdf };
+        let sample = Sample { reflected, emitted: V3::all(Floats(emitted)), emits: Truths(emits) };
+        assert_eq!(both.add(Two, (0, 2), index, &sample), 0, "valid");
+        for lane in 0..2 {
+            let one = |c: &Contribution<Two>| Contribution::<Single> {
+                value: V3 { x: c.value.x.lane(lane), y: c.value.y.lane(lane), z: c.value.z.lane(lane) },
+                weight: c.weight.lane(lane),
+                carries: c.carries.0[lane],
+            };
+            let reflected = Reflected { light: one(&light), bsdf: one(&bsdf) };
+            let sample = Sample { reflected, emitted: V3::all(emitted[lane]), emits: emits[lane] };
+            alone.add(Single, (0, 2 + lane), index, &sample);
+        }
+        assert!(both == alone, "sample {number}: neighbours change a sum");
+    }
+}
