@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::bsdf::{Material, Surface};
 use crate::camera::Pinhole;
@@ -170,7 +170,8 @@ impl BuiltScene {
         };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
-        let lights = Lights::new(lights);
+        let lights =
+            if clear_of(&geometry, &lights, epsilon) { Lights::new(lights).clear() } else { Lights::new(lights) };
         let [columns, rows] = settings.resolution.map(|pixels| pixels.div_ceil(patch::SIDE));
         Ok(Self {
             camera,
@@ -421,6 +422,31 @@ fn parallelogram(a: [u32; 3], b: [u32; 3], corner: impl Fn(u32) -> Option<Vec3>)
     }
     let (p, q, r, s) = (corner(p)?, corner(q)?, corner(r)?, corner(s)?);
     (q - p == s - r && r - p == s - q).then_some([p, q, r])
+}
+
+/// True if it is plain that no surface that reflects reaches into a ball light. Not asked of large scenes.
+fn clear_of(geometry: &Geometry, lights: &[Light], epsilon: f32) -> bool {
+    if geometry.has_tree() || lights.iter().any(|light| light.material.scatters()) {
+        return false;
+    }
+    lights.iter().all(|light| {
+        let LightShape::Ball(light) = light.shape else { return true };
+        // Points of surfaces are worked out to about a millionth of the scene's extent, which is what `epsilon` is.
+        let (center, reach) = (light.center.as_dvec3(), f64::from(light.radius) * 1.001 + 10.0 * f64::from(epsilon));
+        let facets = geometry.facets.iter().all(|facet| {
+            let height = facet.normal.as_dvec3().dot(center - facet.p0.as_dvec3());
+            let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for corner in facet.corners() {
+                (min, max) = (min.min(corner.as_dvec3()), max.max(corner.as_dvec3()));
+            }
+            height.abs() > reach || (center.clamp(min, max) - center).length() > reach
+        });
+        facets
+            && geometry.balls.iter().all(|ball| {
+                let apart = (ball.center.as_dvec3() - center).length();
+                (apart - f64::from(ball.radius)).abs() > reach
+            })
+    })
 }
 
 /// Offset for rays that leave a surface: ten f32 roundings at the size of the scene, seen from the

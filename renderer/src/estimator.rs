@@ -99,11 +99,17 @@ impl<L: Lanes> Reflected<L> {
 
 /// Probabilities c of the techniques, light and BSDF: those of the one-sample model, else 1.
 #[inline(always)]
-fn technique_probs<L: Lanes>(l: L, settings: &Settings) -> (L::F, L::F) {
+fn technique_probs(settings: &Settings) -> (f32, f32) {
     match settings.strategy {
-        Strategy::Light | Strategy::Bsdf | Strategy::MisAll => (l.f(1.0), l.f(1.0)),
-        Strategy::Mis => (l.f(settings.light_prob), l.f(1.0) - settings.light_prob),
+        Strategy::Light | Strategy::Bsdf | Strategy::MisAll => (1.0, 1.0),
+        Strategy::Mis => (settings.light_prob, 1.0 - settings.light_prob),
     }
+}
+
+/// True where the light technique draws the sample of the one-sample model, false where the BSDF technique does.
+#[inline(always)]
+pub fn drawn_by_light<L: Lanes>(l: L, settings: &Settings, technique: L::F) -> L::M {
+    technique.lt(l.f(technique_probs(settings).0))
 }
 
 /// One sample of the radiance that `s` reflects towards `wo`, by the strategy of `settings`, put into `reflected` where
@@ -139,7 +145,7 @@ fn draw<L: Lanes>(
         Strategy::Light => l.m(true),
         Strategy::Bsdf => l.m(false),
         Strategy::MisAll => l.m(ray == 0),
-        Strategy::Mis => random.get_1d(Dimension::Technique).lt(technique_probs(l, settings).0),
+        Strategy::Mis => drawn_by_light(l, settings, random.get_1d(Dimension::Technique)),
     };
     let mut draw = Draw { wi: s.n, by_light, valid: l.m(false), dirac: l.m(false) };
     if by_light.any() {
@@ -167,17 +173,17 @@ fn follow<L: Lanes>(
 ) {
     let one = l.f(1.0);
     let x = candidate(l, scene, s, wo, draw, near);
-    let (c_light, c_bsdf) = technique_probs(l, settings);
+    let (c_light, c_bsdf) = technique_probs(settings);
 
     // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
     let (a_light, a_bsdf) = match settings.weights {
-        OneSampleWeights::Veach => (c_light * x.p.light, c_bsdf * x.p.bsdf),
+        OneSampleWeights::Veach => (x.p.light * c_light, x.p.bsdf * c_bsdf),
         OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
     };
     // Everything that follows is about the technique that drew the direction.
     let by_light = draw.by_light;
     let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
-    let (p, c) = (by_light.select(x.p.light, x.p.bsdf), by_light.select(c_light, c_bsdf));
+    let (p, c) = (by_light.select(x.p.light, x.p.bsdf), by_light.select(l.f(c_light), l.f(c_bsdf)));
     let weight = match settings.strategy {
         Strategy::Light | Strategy::Bsdf => one,
         Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),

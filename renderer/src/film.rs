@@ -5,7 +5,7 @@
 //! stored in blocks of 8 x 4, lane by lane, as the kernel works on them; rows are put together only when somebody looks.
 
 use crate::estimator::{Contribution, Reflected};
-use crate::lanes::{Lanes, Mask, PACKET, Real, V3};
+use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
 use crate::patch::{PATCH, SIDE};
 use crate::settings::{PixelRect, Strategy};
 
@@ -15,11 +15,11 @@ pub const BLOCK: [u32; 2] = [8, 4];
 /// Rec. 709 luminance of a colour.
 pub const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
 
-/// Channels of a technique's group: weighted contribution, weight, number of samples that carry.
-const TECHNIQUE: usize = 5;
-/// Index of the weight in a technique's group.
+/// Channels of a technique's sums: weighted contribution, weight.
+const TECHNIQUE: usize = 4;
+/// Index of the weight among what is known of a technique.
 pub(crate) const WEIGHT: usize = 3;
-/// Index of the number of samples that carry light.
+/// Index of the number of samples that carry light, after the sums.
 pub(crate) const COUNT: usize = 4;
 
 /// Sums of `channels` quantities over the samples of every pixel of a tile.
@@ -102,6 +102,67 @@ impl Sums {
     }
 }
 
+/// What a technique adds up to.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Technique {
+    /// See [`TECHNIQUE`].
+    sums: Sums,
+    /// Number of samples that carry light, `[block][lane]`.
+    counts: Vec<u32>,
+}
+
+impl Technique {
+    fn prepare(&mut self, blocks: usize) {
+        self.sums.prepare(TECHNIQUE, blocks);
+        self.counts.resize(blocks * PACKET, 0);
+    }
+
+    fn copy(&mut self, from: &Self, samples: u32) {
+        self.sums.copy(&from.sums, samples);
+        self.counts.clone_from(&from.counts);
+    }
+
+    /// Adds what the technique contributes to sample number `sample` of the lanes at `at`, where that is `valid`; its
+    /// weight only if it is `weighted`.
+    #[inline(always)]
+    fn add<L: Lanes>(
+        &mut self,
+        l: L,
+        at: (usize, usize),
+        sample: u32,
+        x: &Contribution<L>,
+        valid: L::M,
+        weighted: bool,
+    ) {
+        let carries = x.carries & valid;
+        // Where nothing carries, only the first two samples must write.
+        if sample <= 1 || carries.any() {
+            let V3 { x: r, y: g, z: b } = x.value;
+            if weighted {
+                self.sums.add(l, at, sample, carries, [r, g, b, x.weight]);
+            } else {
+                self.sums.add(l, at, sample, carries, [r, g, b]);
+            }
+            let counts = &mut self.counts[at.0 * PACKET + at.1..];
+            let old = if sample == 0 { l.u(0) } else { l.load_u(counts) };
+            carries.select_u(old + l.u(1), old).store(counts);
+        }
+    }
+
+    /// By pixel of a block. With `weighted` false, each weight was 1.
+    #[inline(always)]
+    fn block(&self, samples: u32, block: usize, channel: usize, weighted: bool) -> [f64; PACKET] {
+        if channel == COUNT || (channel == WEIGHT && !weighted) {
+            let mut out = [0.0; PACKET];
+            for (out, &count) in out.iter_mut().zip(&self.counts[block * PACKET..]) {
+                *out = f64::from(count);
+            }
+            return out;
+        }
+        self.sums.block(samples, block, channel)
+    }
+}
+
 /// One sample of each pixel of a packet.
 #[derive(Clone, Copy)]
 pub struct Sample<L: Lanes> {
@@ -121,6 +182,36 @@ impl<L: Lanes> Sample<L> {
     }
 }
 
+/// What is to be added of a sample once its techniques are.
+#[derive(Clone, Copy)]
+pub struct Rest<L: Lanes> {
+    /// Square of its luminance.
+    square: L::F,
+    /// False where it is not a finite number.
+    valid: L::M,
+    emitted: V3<L>,
+    emits: L::M,
+}
+
+impl<L: Lanes> Rest<L> {
+    /// Nothing.
+    #[inline(always)]
+    pub fn nothing(l: L) -> Self {
+        Self { square: l.f(0.0), valid: l.m(true), emitted: V3::all(l.f(0.0)), emits: l.m(false) }
+    }
+
+    /// `a` where true, `b` elsewhere.
+    #[inline(always)]
+    pub fn select(m: L::M, a: &Self, b: &Self) -> Self {
+        Self {
+            square: m.select(a.square, b.square),
+            valid: (m & a.valid) | (!m & b.valid),
+            emitted: V3::select(m, a.emitted, b.emitted),
+            emits: (m & a.emits) | (!m & b.emits),
+        }
+    }
+}
+
 /// All samples so far of the pixels of one tile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
@@ -136,8 +227,8 @@ pub struct Tile {
     pub bare: bool,
     /// Which techniques the strategy draws; the other's sums mean nothing.
     draws: [bool; 2],
-    light: Sums,
-    bsdf: Sums,
+    light: Technique,
+    bsdf: Technique,
     /// Directly visible emission; empty while no light has been seen.
     emission: Option<Sums>,
     luminance2: Sums,
@@ -173,7 +264,7 @@ impl Tile {
         let count = (blocks[0] * blocks[1]) as usize;
         let (mut light, mut bsdf, mut luminance2) = match recycled {
             Some(tile) => (tile.light, tile.bsdf, tile.luminance2),
-            None => (Sums::default(), Sums::default(), Sums::default()),
+            None => (Technique::default(), Technique::default(), Sums::default()),
         };
         let draws = match strategy {
             Strategy::Light => [true, false],
@@ -181,10 +272,10 @@ impl Tile {
             Strategy::MisAll | Strategy::Mis => [true, true],
         };
         if draws[0] {
-            light.prepare(TECHNIQUE, count);
+            light.prepare(count);
         }
         if draws[1] {
-            bsdf.prepare(TECHNIQUE, count);
+            bsdf.prepare(count);
         }
         luminance2.prepare(1, count);
         Self { bounds, origin, blocks, samples: 0, bare: false, draws, light, bsdf, emission: None, luminance2 }
@@ -193,16 +284,13 @@ impl Tile {
     /// A copy of this tile, on the buffers of `recycled` if it has any.
     pub fn copy(&self, recycled: Option<Self>) -> Self {
         let Some(mut copy) = recycled else { return self.clone() };
-        let samples = self.samples;
-        for (to, from, drawn) in [
-            (&mut copy.light, &self.light, self.draws[0]),
-            (&mut copy.bsdf, &self.bsdf, self.draws[1]),
-            (&mut copy.luminance2, &self.luminance2, true),
-        ] {
+        let techniques = [(&mut copy.light, &self.light), (&mut copy.bsdf, &self.bsdf)];
+        for ((to, from), drawn) in techniques.into_iter().zip(self.draws) {
             if drawn {
-                to.copy(from, samples);
+                to.copy(from, self.samples);
             }
         }
+        copy.luminance2.copy(&self.luminance2, self.samples);
         let (light, bsdf, luminance2) = (copy.light, copy.bsdf, copy.luminance2);
         Self { light, bsdf, luminance2, emission: self.emission.clone(), ..*self }
     }
@@ -253,16 +341,24 @@ impl Tile {
         (block as usize, ((dy % height) * width + dx % width) as usize)
     }
 
-    /// Sums of the light technique's group over all samples, one value per pixel of `block`.
+    /// False where one technique draws all samples: their weights are 1.
     #[inline(always)]
-    pub(crate) fn light(&self, block: usize, channel: usize) -> [f64; PACKET] {
-        if self.draws[0] { self.light.block(self.samples, block, channel) } else { [0.0; PACKET] }
+    fn is_weighted(&self) -> bool {
+        self.draws == [true; 2]
     }
 
-    /// The same of the BSDF technique's group.
+    /// Sums of the light technique over all samples, one value per pixel of `block`.
+    #[inline(always)]
+    pub(crate) fn light(&self, block: usize, channel: usize) -> [f64; PACKET] {
+        let technique = self.draws[0].then_some(&self.light);
+        technique.map_or([0.0; PACKET], |light| light.block(self.samples, block, channel, self.is_weighted()))
+    }
+
+    /// The same of the BSDF technique.
     #[inline(always)]
     pub(crate) fn bsdf(&self, block: usize, channel: usize) -> [f64; PACKET] {
-        if self.draws[1] { self.bsdf.block(self.samples, block, channel) } else { [0.0; PACKET] }
+        let technique = self.draws[1].then_some(&self.bsdf);
+        technique.map_or([0.0; PACKET], |bsdf| bsdf.block(self.samples, block, channel, self.is_weighted()))
     }
 
     /// The same of the directly visible emission; `None` where no light has been seen.
@@ -278,61 +374,55 @@ impl Tile {
         self.luminance2.block(self.samples, block, 0)
     }
 
-    /// Adds sample number `index` of the lanes at `lane` of `block`, and returns how many of them
-    /// were not finite numbers: those are left out of all sums.
+    /// Adds what the techniques contribute to sample number `index` of the lanes at `lane` of `block`. Returns what is
+    /// left to be added by [`Self::finish`]: a technique's sums need its own samples in their order only.
     #[inline(always)]
-    pub fn add<L: Lanes>(&mut self, l: L, at: (usize, usize), index: u32, sample: &Sample<L>) -> u32 {
-        let Sample { reflected, emitted, emits } = sample;
+    pub fn add<L: Lanes>(&mut self, l: L, at: (usize, usize), index: u32, sample: &Sample<L>) -> Rest<L> {
+        let Sample { reflected, emitted, emits } = *sample;
         let mut total = reflected.light.value + reflected.bsdf.value;
-        let emits_any = emits.any();
-        if emits_any {
-            total = total + *emitted;
+        if emits.any() {
+            total = total + emitted;
         }
         let y = luminance(l, total);
         let square = y * y;
         let valid = square.le(l.f(f32::MAX));
         if self.bare {
-            let sums = if self.draws[0] { &mut self.light } else { &mut self.bsdf };
-            sums.add(l, at, index, valid, [total.x, total.y, total.z]);
-            return if valid.all() { 0 } else { L::N as u32 - valid.bits().count_ones() };
+            let technique = if self.draws[0] { &mut self.light } else { &mut self.bsdf };
+            technique.sums.add(l, at, index, valid, [total.x, total.y, total.z]);
+        } else {
+            let weighted = self.is_weighted();
+            if self.draws[0] {
+                self.light.add(l, at, index, &reflected.light, valid, weighted);
+            }
+            if self.draws[1] {
+                self.bsdf.add(l, at, index, &reflected.bsdf, valid, weighted);
+            }
         }
-        add_technique(l, &mut self.light, self.draws[0], at, index, &reflected.light, valid);
-        add_technique(l, &mut self.bsdf, self.draws[1], at, index, &reflected.bsdf, valid);
-        self.luminance2.add(l, at, index, valid, [square]);
-        if emits_any || self.emission.is_some() {
-            let blocks = self.block_count();
-            let emission = self.emission.get_or_insert_with(|| {
-                let mut sums = Sums::default();
-                sums.prepare(3, blocks);
-                sums
-            });
-            // The buffer starts as zeros, whenever that was: count as if every sample came before.
-            let seen = *emits & valid;
-            if seen.any() {
-                emission.add(l, at, index.max(2), seen, [emitted.x, emitted.y, emitted.z]);
+        Rest { square, valid, emitted, emits }
+    }
+
+    /// Adds the rest of sample number `index`, and returns how many of the lanes were not finite numbers: those are left
+    /// out of all sums.
+    #[inline(always)]
+    pub fn finish<L: Lanes>(&mut self, l: L, at: (usize, usize), index: u32, rest: &Rest<L>) -> u32 {
+        let Rest { square, valid, emitted, emits } = *rest;
+        if !self.bare {
+            self.luminance2.add(l, at, index, valid, [square]);
+            if emits.any() || self.emission.is_some() {
+                let blocks = self.block_count();
+                let emission = self.emission.get_or_insert_with(|| {
+                    let mut sums = Sums::default();
+                    sums.prepare(3, blocks);
+                    sums
+                });
+                // The buffer starts as zeros, whenever that was: count as if every sample came before.
+                let seen = emits & valid;
+                if seen.any() {
+                    emission.add(l, at, index.max(2), seen, [emitted.x, emitted.y, emitted.z]);
+                }
             }
         }
         if valid.all() { 0 } else { L::N as u32 - valid.bits().count_ones() }
-    }
-}
-
-#[inline(always)]
-fn add_technique<L: Lanes>(
-    l: L,
-    sums: &mut Sums,
-    drawn: bool,
-    at: (usize, usize),
-    sample: u32,
-    x: &Contribution<L>,
-    valid: L::M,
-) {
-    if !drawn {
-        return;
-    }
-    let carries = x.carries & valid;
-    // Where nothing carries, only the first two samples must write.
-    if sample <= 1 || carries.any() {
-        sums.add(l, at, sample, carries, [x.value.x, x.value.y, x.value.z, x.weight, l.f(1.0)]);
     }
 }
 
@@ -369,7 +459,8 @@ mod tests {
             let bsdf = Contribution { value: V3 { x: 0.3, y: b, z: b }, weight: 0.7, carries };
             let emitted = if emits { V3 { x: e, y: e, z: 1e-3 } } else { V3 { x: 0.0, y: 0.0, z: 0.0 } };
             let sample = Sample::<Single> { reflected: Reflected { light, bsdf }, emitted, emits };
-            assert_eq!(tile.add(Single, (0, 5), index, &sample), 0, "valid samples");
+            let rest = tile.add(Single, (0, 5), index, &sample);
+            assert_eq!(tile.finish(Single, (0, 5), index, &rest), 0, "valid samples");
             let once = |on: bool, x: f32| if on { f64::from(x) } else { 0.0 };
             for (sum, x) in exact.iter_mut().zip([
                 f64::from(a),

@@ -4,8 +4,8 @@
 
 use crate::bsdf::Surface;
 use crate::build::BuiltScene;
-use crate::estimator::{Reflected, reflected_radiance};
-use crate::film::{BLOCK, Sample, Tile};
+use crate::estimator::{Reflected, drawn_by_light, reflected_radiance};
+use crate::film::{BLOCK, Rest, Sample, Tile};
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::Simd;
 #[cfg(all(target_arch = "x86_64", not(one_lane)))]
@@ -16,8 +16,8 @@ use crate::lanes::Wide;
 use crate::lanes::dispatch;
 use crate::lanes::{Lanes, Level, Mask, PACKET, Single, Uint};
 use crate::patch::{Candidates, PATCH};
-use crate::sampler::{Dimension, Numbers, Pixels, Sampler, patch_key, pixel_keys};
-use crate::settings::Settings;
+use crate::sampler::{Dimension, Numbers, Pixels, Sampler, Which, patch_key, pixel_keys};
+use crate::settings::{Settings, Strategy};
 
 /// How the kernel runs. All ways agree up to the rounding of fused operations.
 #[derive(Clone, Copy, Debug)]
@@ -125,8 +125,10 @@ impl Task for AddSamples<'_> {
 #[inline(always)]
 fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
     let mut invalid = 0;
+    let settings = &settings.clone();
     let wanted = Dimension::wanted(settings.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
     let mut sampler = Sampler::new(&settings.sampler, wanted);
+    let one_sample = settings.strategy == Strategy::Mis;
     let mut random = Numbers::nothing(l);
     let packet = Packet { place: (0, 0), corner: [l.f(0.0); 2], pixels: Pixels::new(l, l.u(0)) };
     let mut packets = vec![packet; (PATCH[0] * PATCH[1]) as usize * PACKET / L::N];
@@ -155,12 +157,35 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
                     }
                 }
             }
-            for i in 0..run {
+            let mut i = 0;
+            while i < run {
+                let index = tile.samples + i;
+                // Always the same pairs, wherever runs begin.
+                let pair = one_sample && index.is_multiple_of(2) && i + 1 < run;
                 for packet in &packets[..used] {
-                    sampler.draw(l, i as usize, &packet.pixels, &mut random);
-                    let sample = sample(l, scene, settings, packet.corner, &random, &near);
-                    invalid += u64::from(tile.add(l, packet.place, tile.samples + i, &sample));
+                    let mut turns = Turns::new(l, settings, &sampler, &packet.pixels, i as usize, pair);
+                    let mut waiting = Rest::nothing(l);
+                    loop {
+                        let (which, asked) = turns.next(&mut random);
+                        sampler.draw(l, which, &packet.pixels, asked, &mut random);
+                        let sample = sample(l, scene, settings, packet.corner, &random, &near);
+                        let rest = tile.add(l, packet.place, index + turns.done, &sample);
+                        turns.done += 1;
+                        if !pair {
+                            invalid += u64::from(tile.finish(l, packet.place, index, &rest));
+                            break;
+                        }
+                        if turns.done == 2 {
+                            let first = Rest::select(turns.swapped, &rest, &waiting);
+                            let second = Rest::select(turns.swapped, &waiting, &rest);
+                            invalid += u64::from(tile.finish(l, packet.place, index, &first));
+                            invalid += u64::from(tile.finish(l, packet.place, index + 1, &second));
+                            break;
+                        }
+                        waiting = rest;
+                    }
                 }
+                i += if pair { 2 } else { 1 };
             }
         }
         tile.samples += run;
@@ -176,6 +201,52 @@ struct Packet<L: Lanes> {
     /// Upper left corners of the pixels.
     corner: [L::F; 2],
     pixels: Pixels<L>,
+}
+
+/// In which order a packet takes one or two successive samples. In the one-sample model a pair usually has one sample
+/// of either technique, but not the same one first in every pixel. There the light sample comes first: then all lanes
+/// do the same, once what the light technique needs and once the BSDF technique. Neither technique's samples
+/// change their order among themselves.
+struct Turns<L: Lanes> {
+    sample: usize,
+    /// Where the second sample of a pair comes first.
+    swapped: L::M,
+    /// Of the one-sample model: the number that says which technique, and the lanes that the light technique draws;
+    /// of both samples.
+    technique: Option<[(L::F, L::M); 2]>,
+    /// Whether the strategy draws by light, by BSDF.
+    draws: [bool; 2],
+    /// How many turns are over.
+    done: u32,
+}
+
+impl<L: Lanes> Turns<L> {
+    #[inline(always)]
+    fn new(l: L, settings: &Settings, sampler: &Sampler, pixels: &Pixels<L>, sample: usize, pair: bool) -> Self {
+        let draws = [settings.strategy != Strategy::Bsdf, settings.strategy != Strategy::Light];
+        let mut turns = Self { sample, swapped: l.m(false), technique: None, draws, done: 0 };
+        if settings.strategy == Strategy::Mis {
+            let first = sampler.technique(l, sample, pixels);
+            let second = if pair { sampler.technique(l, sample + 1, pixels) } else { first };
+            let by_light = [drawn_by_light(l, settings, first), drawn_by_light(l, settings, second)];
+            turns.swapped = !by_light[0] & by_light[1];
+            turns.technique = Some([(first, by_light[0]), (second, by_light[1])]);
+        }
+        turns
+    }
+
+    /// Which sample's turn it is, and the techniques that it needs numbers of. The number that says which
+    /// technique is put into `random`.
+    #[inline(always)]
+    fn next(&self, random: &mut Numbers<L>) -> (Which<L>, [bool; 2]) {
+        let Some([(first, first_by_light), (second, second_by_light)]) = self.technique else {
+            return (Which { sample: self.sample, next: self.swapped }, self.draws);
+        };
+        let next = if self.done == 0 { self.swapped } else { !self.swapped };
+        let by_light = (next & second_by_light) | (!next & first_by_light);
+        random.set_technique(next.select(second, first));
+        (Which { sample: self.sample, next }, [by_light.any(), !by_light.all()])
+    }
 }
 
 /// One sample of each pixel of a packet.

@@ -12,13 +12,16 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
 use fearless_simd::{
     Bytes as _, SimdBase as _, SimdFloat as _, SimdFrom as _, SimdInt as _, SimdMask as _, f32x16, i32x16, mask32x16,
-    u32x16,
+    u8x64, u32x16,
 };
 
 pub use fearless_simd::{Level, Simd, dispatch};
 
 /// Pixels per packet: a block of 8 x 4, the most lanes there are. [`Single`] walks the same blocks one pixel at a time.
 pub const PACKET: usize = 32;
+
+/// Length of the tables that lanes look numbers up in: one vector of the widest machines.
+pub const SHORT: usize = 16;
 
 /// A set of lanes: how many, and the types of their numbers. The value itself is a token that
 /// makes new numbers.
@@ -51,7 +54,9 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn load_u(self, from: &[u32]) -> Self::U;
     /// True in the lanes whose bits are set, lane i being bit i.
     fn mask(self, bits: u32) -> Self::M;
-    /// `table[index]`, lane by lane. Slow: for tables that differ from lane to lane.
+    /// `table[index]` for indices below `count`, lane by lane.
+    fn lookup(self, table: &[f32; SHORT], count: usize, index: Self::U) -> Self::F;
+    /// `table[index]`, lane by lane, of tables of any length. Slow.
     fn gather(self, table: &[f32], index: Self::U) -> Self::F;
 }
 
@@ -194,6 +199,21 @@ impl<S: Simd> Lanes for Wide<S> {
     #[inline(always)]
     fn mask(self, bits: u32) -> mask32x16<S> {
         mask32x16::from_bitmask(self.0, bits.into())
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[f32; SHORT], count: usize, index: u32x16<S>) -> f32x16<S> {
+        let whole = f32x16::from_slice(self.0, table);
+        #[cfg(target_arch = "x86_64")]
+        if self.0.level().as_avx512().is_some() {
+            // One instruction; its indices are those of bytes.
+            let bytes: u8x64<S> = (index * 0x0404_0404 + 0x0302_0100).bitcast();
+            return whole.swizzle_dyn(bytes);
+        }
+        let mut v = self.f(table[0]);
+        for i in 1..count.min(SHORT) {
+            v = index.eq(self.u(i as u32)).select(self.f(whole[i]), v);
+        }
+        v
     }
     #[inline(always)]
     fn gather(self, table: &[f32], index: u32x16<S>) -> f32x16<S> {
@@ -371,6 +391,10 @@ impl Lanes for Single {
     #[inline(always)]
     fn mask(self, bits: u32) -> bool {
         bits & 1 == 1
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[f32; SHORT], _: usize, index: Wrapping) -> f32 {
+        table[index.0 as usize]
     }
     #[inline(always)]
     fn gather(self, table: &[f32], index: Wrapping) -> f32 {
@@ -584,6 +608,10 @@ impl<A: Lanes> Lanes for Twice<A> {
     #[inline(always)]
     fn mask(self, bits: u32) -> Two<A::M> {
         Two(self.0.mask(bits), self.0.mask(bits >> A::N))
+    }
+    #[inline(always)]
+    fn lookup(self, table: &[f32; SHORT], count: usize, index: Two<A::U>) -> Two<A::F> {
+        Two(self.0.lookup(table, count, index.0), self.0.lookup(table, count, index.1))
     }
     #[inline(always)]
     fn gather(self, table: &[f32], index: Two<A::U>) -> Two<A::F> {

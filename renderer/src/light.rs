@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use crate::lanes::{Lanes, Mask, Real, Uint, V3};
+use crate::lanes::{Lanes, Mask, Real, SHORT, Uint, V3};
 use crate::patch::{self, List};
 use crate::sampler::{Dimension, Numbers};
 use crate::shape::{Ball, Facet};
@@ -22,8 +22,8 @@ pub enum LightShape {
     Facet(Facet),
 }
 
-/// Up to so many lights are told apart by comparing; more are fetched from tables.
-const FEW: usize = 8;
+/// Up to so many lights are looked up in short tables, in which 0 stands for none.
+const FEW: usize = SHORT - 1;
 
 /// A surface that emits, on its outer side.
 #[derive(Clone, Copy, Debug)]
@@ -45,21 +45,28 @@ pub struct Lights {
     balls: Vec<BallLight>,
     facets: Vec<(Facet, Vec3)>,
     tables: Tables,
+    outside: Outside,
+    /// No ray starts inside a ball light or next to its surface.
+    clear: bool,
 }
 
-/// A sphere light, with what is asked of it for every ray worked out.
+/// A sphere light.
 #[derive(Clone, Copy, Debug)]
 struct BallLight {
     ball: Ball,
     radiance: Vec3,
-    /// Its radiance as seen from outside.
-    outside: Vec3,
-    curvature2: f32,
-    /// Its number.
-    index: f32,
+    /// Its place in [`Outside`]; 0 if it emits inwards.
+    outside: u32,
 }
 
-/// Numbers of the sphere and facet lights by index, for fetching by lane.
+/// Of up to [`FEW`] ball lights, what they show outside: nothing, then one after the other.
+#[derive(Debug, Default)]
+struct Outside {
+    curvature2: [f32; SHORT],
+    radiance: [[f32; SHORT]; 3],
+}
+
+/// Numbers of the sphere and facet lights by index, for fetching by lane; filled up with zeros to [`SHORT`].
 #[derive(Debug, Default)]
 struct Tables {
     is_ball: Vec<f32>,
@@ -103,7 +110,7 @@ struct Meeting<L: Lanes> {
 struct Chord<L: Lanes> {
     along: L::F,
     half2: L::F,
-    /// Square of the centre's distance, in units of the radius squared.
+    /// Square of the centre's distance in units of the radius squared; with `clear`, [`far_distance2`] knows it.
     x: L::F,
     /// The rays start inside.
     inside: L::M,
@@ -111,15 +118,26 @@ struct Chord<L: Lanes> {
     met: L::M,
 }
 
+/// With `clear`, rays start outside, and not next to the surface.
 #[inline(always)]
-fn chord<L: Lanes>(l: L, ball: &Ball, curvature2: f32, origin: V3<L>, dir: V3<L>) -> Chord<L> {
+fn chord<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, clear: bool) -> Chord<L> {
     let zero = l.f(0.0);
     let (along, half2) = ball.chord(l, origin, dir);
-    let to_center = V3::splat(l, ball.center) - origin;
-    let x = to_center.dot(to_center) * curvature2;
+    let (meets, ahead) = (half2.ge(zero), along.gt(zero));
     // Seen from outside it only has to lie ahead, however near: on its very surface it still fills half of all directions.
+    if clear {
+        return Chord { along, half2, x: zero, inside: l.m(false), met: meets & ahead };
+    }
+    let to_center = V3::splat(l, ball.center) - origin;
+    let x = to_center.dot(to_center) * ball.curvature2();
     let inside = x.lt(l.f(1.0));
-    Chord { along, half2, x, inside, met: half2.ge(zero) & (inside | along.gt(zero)) }
+    Chord { along, half2, x, inside, met: meets & (inside | ahead) }
+}
+
+/// See [`Chord::x`]; not for points next to the surface, where it would not be exact.
+#[inline(always)]
+fn far_distance2<L: Lanes>(l: L, along: L::F, half2: L::F, curvature2: L::F) -> L::F {
+    (along * along - half2).mul_add(curvature2, l.f(1.0))
 }
 
 /// Density of sampling a ball from outside, `1 / (2 pi (1 - cos))`: from the square of the centre's distance in units
@@ -131,8 +149,9 @@ fn density_from_outside<L: Lanes>(l: L, x: L::F) -> L::F {
 
 /// Whether and where rays meet a ball light. From inside only what lies beyond `t_min` is met.
 #[inline(always)]
-fn meet_ball<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
-    let Chord { along, half2, x, inside, met } = chord(l, ball, ball.curvature2(), origin, dir);
+fn meet_ball<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, t_min: L::F, clear: bool) -> Meeting<L> {
+    let Chord { along, half2, x, inside, met } = chord(l, ball, origin, dir, clear);
+    let x = if clear { far_distance2(l, along, half2, l.f(ball.curvature2())) } else { x };
     let half = half2.max(l.f(0.0)).sqrt();
     let distance = (along + inside.select(half, -half)).max(l.f(0.0));
     let met = met & (!inside | distance.gt(t_min));
@@ -184,6 +203,7 @@ impl Lights {
     pub fn new(mut list: Vec<Light>) -> Self {
         list.sort_by_key(|light| matches!(light.shape, LightShape::Facet(_)));
         let mut t = Tables::default();
+        let mut outside = Outside::default();
         let (mut balls, mut facets) = (Vec::new(), Vec::new());
         for light in &list {
             let (ball, facet) = match light.shape {
@@ -193,10 +213,15 @@ impl Lights {
             balls.extend(ball.map(|ball| BallLight {
                 ball,
                 radiance: light.radiance,
-                outside: if ball.inward { Vec3::ZERO } else { light.radiance },
-                curvature2: ball.curvature2(),
-                index: balls.len() as f32,
+                outside: if ball.inward || balls.len() >= FEW { 0 } else { balls.len() as u32 + 1 },
             }));
+            if let Some(BallLight { ball, radiance, outside: at @ 1.. }) = balls.last() {
+                let at = *at as usize;
+                outside.curvature2[at] = ball.curvature2();
+                for axis in 0..3 {
+                    outside.radiance[axis][at] = radiance[axis];
+                }
+            }
             facets.extend(facet.map(|facet| (facet, light.radiance)));
             t.any_ball |= ball.is_some();
             t.any_facet |= facet.is_some();
@@ -216,7 +241,23 @@ impl Lights {
                 t.normal[axis].push(normal[axis]);
             }
         }
-        Self { list, balls, facets, tables: t }
+        for table in t.all() {
+            table.resize(list.len().max(SHORT), 0.0);
+        }
+        Self { list, balls, facets, tables: t, outside, clear: false }
+    }
+
+    /// The same lights, where no point that is asked about can lie inside of one or nearer to its surface than a
+    /// thousandth of its radius.
+    #[must_use]
+    pub fn clear(mut self) -> Self {
+        self.clear = true;
+        self
+    }
+
+    /// See [`Self::clear`].
+    pub fn is_clear(&self) -> bool {
+        self.clear
     }
 
     /// Draws a direction from `p` towards a light: light l with probability `1 / n`, then a
@@ -232,26 +273,13 @@ impl Lights {
         let chosen = random.get_1d(Dimension::LightChoice) * n as f32;
         let t = &self.tables;
         let choice = self.number(l, chosen);
-        let (at, curvature2) = if n <= FEW && !t.any_facet {
-            // All numbers of a ball at once: the last one that begins at or below `chosen`.
-            let first = &self.balls[0];
-            let (mut at, mut curvature2) = (V3::splat(l, first.ball.center), l.f(first.curvature2));
-            for light in &self.balls[1..] {
-                let reached = chosen.ge(l.f(light.index));
-                at = V3::select(reached, V3::splat(l, light.ball.center), at);
-                curvature2 = reached.select(l.f(light.curvature2), curvature2);
-            }
-            (at, curvature2)
-        } else {
-            (self.pick_v(l, &t.p, choice), self.pick(l, &t.curvature2, choice))
-        };
-        let to = at - p;
+        let to = self.pick_v(l, &t.p, choice) - p;
 
         let mut wi = to;
         let mut faces = l.m(true);
         if t.any_ball {
             let distance2 = to.dot(to);
-            let x = distance2 * curvature2;
+            let x = distance2 * self.pick(l, &t.curvature2, choice);
             let inside = x.lt(l.f(1.0));
             let axis = to * (l.f(1.0) / distance2.max(l.f(f32::MIN_POSITIVE)).sqrt());
             // From the very centre there is no axis; any will do.
@@ -288,17 +316,13 @@ impl Lights {
         drawn.lt(last).select_u(drawn, last)
     }
 
-    /// `table[choice]`: by comparing for a handful of lights, by fetching for many.
+    /// `table[choice]`.
     #[inline(always)]
     fn pick<L: Lanes>(&self, l: L, table: &[f32], choice: L::U) -> L::F {
-        if table.len() > FEW {
-            return l.gather(table, choice);
+        match table.first_chunk() {
+            Some(table) if self.list.len() <= SHORT => l.lookup(table, self.list.len(), choice),
+            _ => l.gather(table, choice),
         }
-        let mut v = l.f(table[0]);
-        for (i, &x) in table.iter().enumerate().skip(1) {
-            v = choice.eq(l.u(i as u32)).select(l.f(x), v);
-        }
-        v
     }
 
     #[inline(always)]
@@ -322,7 +346,7 @@ impl Lights {
         let mut next = 0;
         while let Some(i) = if listed { balls.take_first() } else { Some(next) } {
             let Some(light) = self.balls.get(i) else { break };
-            front.add(l, &meet_ball(l, &light.ball, origin, dir, t_min), i, light.radiance);
+            front.add(l, &meet_ball(l, &light.ball, origin, dir, t_min, false), i, light.radiance);
             next += 1;
         }
         while let Some(i) = if listed { facets.take_first() } else { Some(next) } {
@@ -338,7 +362,7 @@ impl Lights {
     #[inline(always)]
     pub fn look<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F, distances: bool) -> Sight<L> {
         let each = 1.0 / self.list.len().max(1) as f32;
-        if !self.tables.any_facet {
+        if !self.tables.any_facet && self.balls.len() <= FEW {
             // Nearly every direction meets one ball or none, from outside.
             let (sight, doubtful) = self.only_ball(l, p, wi, distances);
             if !doubtful.any() {
@@ -347,7 +371,7 @@ impl Lights {
         }
         let mut front = Front::none(l);
         for light in &self.balls {
-            front.add(l, &meet_ball(l, &light.ball, p, wi, t_min), 0, light.radiance);
+            front.add(l, &meet_ball(l, &light.ball, p, wi, t_min, self.clear), 0, light.radiance);
         }
         for (facet, radiance) in &self.facets {
             front.add(l, &meet_facet(l, facet, p, wi, t_min), 0, *radiance);
@@ -361,21 +385,40 @@ impl Lights {
     fn only_ball<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, distances: bool) -> (Sight<L>, L::M) {
         let zero = l.f(0.0);
         let (mut met, mut doubtful) = (l.m(false), l.m(false));
-        let (mut along, mut half2, mut x, mut radiance) = (zero, zero, zero, V3::all(zero));
+        let (mut along, mut half2, mut x, mut place) = (zero, zero, zero, l.u(0));
         for light in &self.balls {
-            let chord = chord(l, &light.ball, light.curvature2, p, wi);
+            let chord = chord(l, &light.ball, p, wi, self.clear);
             doubtful = doubtful | chord.inside | (met & chord.met);
             met = met | chord.met;
-            x = chord.met.select(chord.x, x);
-            if distances {
+            if self.clear {
                 along = chord.met.select(chord.along, along);
                 half2 = chord.met.select(chord.half2, half2);
+            } else {
+                x = chord.met.select(chord.x, x);
+                if distances {
+                    along = chord.met.select(chord.along, along);
+                    half2 = chord.met.select(chord.half2, half2);
+                }
             }
-            radiance = V3::select(chord.met, V3::splat(l, light.outside), radiance);
+            place = chord.met.select_u(l.u(light.outside), place);
         }
-        let faces = met & !(radiance.x + radiance.y + radiance.z).le(zero);
-        let pdf = faces.select(density_from_outside(l, x), zero);
+        let count = self.balls.len() + 1;
+        let Outside { curvature2, radiance: [red, green, blue] } = &self.outside;
+        let radiance =
+            V3 { x: l.lookup(red, count, place), y: l.lookup(green, count, place), z: l.lookup(blue, count, place) };
+        if self.clear {
+            x = far_distance2(l, along, half2, l.lookup(curvature2, count, place));
+        }
+        let pdf = place.eq(l.u(0)).select(zero, density_from_outside(l, x));
         let t = if distances { (along - half2.max(zero).sqrt()).max(zero) } else { zero };
         (Sight { pdf, t: met.select(t, l.f(f32::INFINITY)), radiance }, doubtful)
+    }
+}
+
+impl Tables {
+    /// All of them.
+    fn all(&mut self) -> impl Iterator<Item = &mut Vec<f32>> {
+        let vectors = [&mut self.p, &mut self.e1, &mut self.e2, &mut self.normal].into_iter().flatten();
+        vectors.chain([&mut self.is_ball, &mut self.curvature2, &mut self.inward, &mut self.quad])
     }
 }

@@ -138,13 +138,39 @@ impl<L: Lanes> Numbers<L> {
     pub fn get_2d(&self, dimension: Dimension) -> [L::F; 2] {
         self.0[dimension as usize]
     }
+
+    /// Puts the number that says which technique.
+    #[inline(always)]
+    pub fn set_technique(&mut self, number: L::F) {
+        self.0[Dimension::Technique as usize][0] = number;
+    }
 }
+
+/// Which sample of a run to draw.
+#[derive(Clone, Copy)]
+pub struct Which<L: Lanes> {
+    /// That one,
+    pub sample: usize,
+    /// and the one after it where true.
+    pub next: L::M,
+}
+
+impl<L: Lanes> Which<L> {
+    /// What belongs to the sample, from a table by sample.
+    #[inline(always)]
+    fn of(&self, l: L, table: &Table) -> L::U {
+        self.next.select_u(l.u(table[self.sample + 1]), l.u(table[self.sample]))
+    }
+}
+
+/// A number by sample of a run; the last one means nothing.
+type Table = [u32; RUN + 1];
 
 /// Draws the random numbers of the pixels of a patch, a run of samples at a time. It keeps what the pixels have in
 /// common; each one's own are [`Pixels`].
 #[derive(Clone, Copy, Debug)]
-pub struct Sampler<'a> {
-    settings: &'a SamplerSettings,
+pub struct Sampler {
+    settings: SamplerSettings,
     /// By dimension: whether anybody asks for it.
     wanted: [bool; COUNT],
     /// The patch's own.
@@ -153,10 +179,12 @@ pub struct Sampler<'a> {
     first: u32,
     round: u32,
     /// By dimension and sample of the run: what tells its random numbers from others.
-    counters: [[u32; RUN]; COUNT],
+    counters: [Table; COUNT],
+    /// By sample of the run: its number, bits reversed.
+    reversed: Table,
     strata: Strata,
     /// By dimension: the stratum that comes with each sample of the run, before each pixel shuffles it.
-    order: [[u32; RUN]; COUNT],
+    order: [Table; COUNT],
 }
 
 /// Most samples of a run.
@@ -190,18 +218,19 @@ impl<L: Lanes> Pixels<L> {
     }
 }
 
-impl<'a> Sampler<'a> {
+impl Sampler {
     /// A sampler for the dimensions that are wanted.
-    pub fn new(settings: &'a SamplerSettings, wanted: [bool; COUNT]) -> Self {
+    pub fn new(settings: &SamplerSettings, wanted: [bool; COUNT]) -> Self {
         Self {
-            settings,
+            settings: *settings,
             wanted,
             key: 0,
             first: 0,
             round: 0,
-            counters: [[0; RUN]; COUNT],
+            counters: [[0; RUN + 1]; COUNT],
+            reversed: [0; RUN + 1],
             strata: Strata::new(settings.strata[0] * settings.strata[1]),
-            order: [[0; RUN]; COUNT],
+            order: [[0; RUN + 1]; COUNT],
         }
     }
 
@@ -216,7 +245,11 @@ impl<'a> Sampler<'a> {
             self.round = first / n;
             length = length.min(n - first % n);
         }
-        if self.settings.kind != SamplerKind::Sobol {
+        if self.settings.kind == SamplerKind::Sobol {
+            for (i, reversed) in self.reversed.iter_mut().enumerate().take(length as usize) {
+                *reversed = (first + i as u32).reverse_bits();
+            }
+        } else {
             for (d, counters) in self.counters.iter_mut().enumerate().filter(|(d, _)| self.wanted[*d]) {
                 for (i, counter) in counters.iter_mut().enumerate().take(length as usize) {
                     // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
@@ -237,6 +270,12 @@ impl<'a> Sampler<'a> {
         for dimension in Dimension::ALL {
             let d = dimension as usize;
             if !self.wanted[d] {
+                continue;
+            }
+            if self.alternates(dimension) {
+                for (i, stratum) in self.order[d].iter_mut().enumerate() {
+                    *stratum = self.strata.reversed(self.first % self.strata.n + i as u32);
+                }
                 continue;
             }
             let order = Order::new(self.strata, self.key ^ round_key(self.round, dimension));
@@ -263,7 +302,8 @@ impl<'a> Sampler<'a> {
                 SamplerKind::Independent => {}
                 SamplerKind::Stratified => {
                     let key = mix(l, keys ^ l.u(round_key(self.round, dimension)));
-                    pixels.shuffles[d] = self.strata.shuffle(l, key);
+                    pixels.shuffles[d] =
+                        if self.alternates(dimension) { nested(l, key) } else { self.strata.shuffle(l, key) };
                 }
                 SamplerKind::Sobol => {
                     pixels.scrambles[d] = scramble(l, mix(l, keys ^ l.u(mix_one(0x51ed_270b ^ dimension as u32))));
@@ -272,60 +312,97 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The numbers of sample `i` of the run. Dimensions that are not wanted are left as they are. (All in one place and
-    /// one loop: a call of its own for every use made the kernel six times as large and its compilation minutes long.)
+    /// True where the strata of a dimension are not visited in random order, but so that any 2^k successive samples from a
+    /// multiple of 2^k on, of all strata in a row, are as far apart as can be: the techniques of the one-sample model then
+    /// alternate, which leaves less noise than if luck decided which one comes how often, and lets the kernel work on
+    /// pairs of samples that have one of each.
     #[inline(always)]
-    pub fn draw<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>, numbers: &mut Numbers<L>) {
-        for dimension in [Dimension::Technique, Dimension::LightChoice, Dimension::Lobe] {
+    fn alternates(&self, dimension: Dimension) -> bool {
+        dimension == Dimension::Technique && self.strata.n.is_power_of_two()
+    }
+
+    /// The number that says which technique draws sample `i` of the run.
+    #[inline(always)]
+    pub fn technique<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>) -> L::F {
+        self.number(l, Which { sample: i, next: l.m(false) }, pixels, Dimension::Technique)
+    }
+
+    /// The other numbers of a sample of the run. Dimensions that are not wanted are left as they are, and so are those of
+    /// a technique that is not asked for (`asked`: light, BSDF). (All in one place and one loop: a call of its own
+    /// for every use made the kernel six times as large and its compilation minutes long.)
+    #[inline(always)]
+    pub fn draw<L: Lanes>(
+        &self,
+        l: L,
+        which: Which<L>,
+        pixels: &Pixels<L>,
+        asked: [bool; 2],
+        numbers: &mut Numbers<L>,
+    ) {
+        for (dimension, asked) in [(Dimension::LightChoice, asked[0]), (Dimension::Lobe, asked[1])] {
             let d = dimension as usize;
-            if self.wanted[d] {
-                numbers.0[d][0] = match self.settings.kind {
-                    SamplerKind::Independent => self.bits(l, i, pixels, d) * UNIT,
-                    SamplerKind::Stratified => {
-                        let offset = if self.settings.jitter { self.bits(l, i, pixels, d) } else { l.f(HALF) };
-                        let stratum = self.strata.place(l, self.order[d][i], &pixels.shuffles[d]).to_real();
-                        in_stratum(l, stratum, self.strata.n, offset)
-                    }
-                    SamplerKind::Sobol => sobol_1d(l, self.first + i as u32, &pixels.scrambles[d]),
-                };
+            if self.wanted[d] && asked {
+                numbers.0[d][0] = self.number(l, which, pixels, dimension);
             }
         }
-        for dimension in [Dimension::Pixel, Dimension::Light, Dimension::Bsdf] {
+        for (dimension, asked) in [(Dimension::Pixel, true), (Dimension::Light, asked[0]), (Dimension::Bsdf, asked[1])]
+        {
             let d = dimension as usize;
-            if self.wanted[d] {
+            if self.wanted[d] && asked {
                 numbers.0[d] = match self.settings.kind {
                     SamplerKind::Independent => {
-                        let [x, y] = self.pair_of_bits(l, i, pixels, d);
+                        let [x, y] = self.pair_of_bits(l, which, pixels, d);
                         [x * UNIT, y * UNIT]
                     }
                     SamplerKind::Stratified => {
                         let [nx, ny] = self.settings.strata;
                         let jitter = self.settings.jitter;
-                        let [jx, jy] = if jitter { self.pair_of_bits(l, i, pixels, d) } else { [l.f(HALF); 2] };
-                        let stratum = self.strata.place(l, self.order[d][i], &pixels.shuffles[d]).to_real();
+                        let [jx, jy] = if jitter { self.pair_of_bits(l, which, pixels, d) } else { [l.f(HALF); 2] };
+                        let stratum = which.of(l, &self.order[d]);
+                        let stratum = self.strata.place(l, stratum, &pixels.shuffles[d]).to_real();
                         // The half keeps the quotient clear of integers.
                         let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
                         let column = stratum - row * nx as f32;
                         [in_stratum(l, column, nx, jx), in_stratum(l, row, ny, jy)]
                     }
-                    SamplerKind::Sobol => sobol_2d(l, self.first + i as u32, &pixels.scrambles[d]),
+                    SamplerKind::Sobol => sobol_2d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
                 };
             }
         }
     }
 
+    /// The number of a sample in a dimension that has one.
+    #[inline(always)]
+    fn number<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, dimension: Dimension) -> L::F {
+        let d = dimension as usize;
+        match self.settings.kind {
+            SamplerKind::Independent => self.bits(l, which, pixels, d) * UNIT,
+            SamplerKind::Stratified => {
+                let offset = if self.settings.jitter { self.bits(l, which, pixels, d) } else { l.f(HALF) };
+                let (stratum, shuffle) = (which.of(l, &self.order[d]), &pixels.shuffles[d]);
+                let stratum = if self.alternates(dimension) {
+                    self.strata.place_nested(l, stratum, shuffle)
+                } else {
+                    self.strata.place(l, stratum, shuffle)
+                };
+                in_stratum(l, stratum.to_real(), self.strata.n, offset)
+            }
+            SamplerKind::Sobol => sobol_1d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
+        }
+    }
+
     /// 24 random bits as a number in [0, 2^24), uniform and independent over pixels, samples and dimensions.
     #[inline(always)]
-    fn bits<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>, d: usize) -> L::F {
-        let first = mix(l, pixels.keys ^ l.u(self.counters[d][i]));
+    fn bits<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, d: usize) -> L::F {
+        let first = mix(l, pixels.keys ^ which.of(l, &self.counters[d]));
         let bits = if STREAMS[d].1 == 0 { first } else { mix_on(l, first) };
         (bits >> 8).to_real()
     }
 
     /// Two such numbers.
     #[inline(always)]
-    fn pair_of_bits<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>, d: usize) -> [L::F; 2] {
-        let first = mix(l, pixels.keys ^ l.u(self.counters[d][i]));
+    fn pair_of_bits<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, d: usize) -> [L::F; 2] {
+        let first = mix(l, pixels.keys ^ which.of(l, &self.counters[d]));
         [(first >> 8).to_real(), (mix_on(l, first) >> 8).to_real()]
     }
 }
@@ -379,8 +456,8 @@ impl Strata {
 
     /// Where a pixel's shuffle takes a stratum of its patch's order.
     #[inline(always)]
-    fn place<L: Lanes>(&self, l: L, stratum: u32, shuffle: &Shuffle<L>) -> L::U {
-        let mut x = self.permute(l, l.u(stratum), shuffle.key, shuffle.factor);
+    fn place<L: Lanes>(&self, l: L, stratum: L::U, shuffle: &Shuffle<L>) -> L::U {
+        let mut x = self.permute(l, stratum, shuffle.key, shuffle.factor);
         if self.n <= self.mask {
             let mut outside = !x.lt(l.u(self.n));
             while outside.any() {
@@ -389,6 +466,19 @@ impl Strata {
             }
         }
         self.rotate(l, x, shuffle.shift)
+    }
+
+    /// Position i, with its bits in reverse order, of a power of two of strata: i, i + 1, ... are as far apart as can be.
+    fn reversed(&self, i: u32) -> u32 {
+        (i & self.mask).reverse_bits().checked_shr(self.mask.leading_zeros()).unwrap_or(0)
+    }
+
+    /// Where a pixel's nested shuffle takes a stratum: each bit is flipped or not, depending on those above it, so that
+    /// strata far apart stay so.
+    #[inline(always)]
+    fn place_nested<L: Lanes>(&self, l: L, stratum: L::U, shuffle: &Shuffle<L>) -> L::U {
+        let x = (stratum ^ shuffle.key) & l.u(self.mask);
+        x ^ ((x >> 1) & shuffle.factor)
     }
 }
 
@@ -399,10 +489,16 @@ impl Strata {
 #[derive(Clone, Copy)]
 struct Shuffle<L: Lanes> {
     key: L::U,
-    /// Odd.
+    /// Odd, if it is not nested.
     factor: L::U,
     /// 0 to n - 1.
     shift: L::U,
+}
+
+/// The nested shuffle that the random bits of `key` name.
+#[inline(always)]
+fn nested<L: Lanes>(l: L, key: L::U) -> Shuffle<L> {
+    Shuffle { key, factor: mix_on(l, key) >> 16, shift: l.u(0) }
 }
 
 /// A permutation of the strata: the order in which the pixels of a patch visit them in one dimension and one round.
@@ -454,16 +550,16 @@ fn scramble<L: Lanes>(l: L, key: L::U) -> [L::U; 3] {
 }
 
 #[inline(always)]
-fn sobol_1d<L: Lanes>(l: L, index: u32, keys: &[L::U; 3]) -> L::F {
-    let index = shuffled_index(l, index, keys[0]);
+fn sobol_1d<L: Lanes>(l: L, reversed: L::U, keys: &[L::U; 3]) -> L::F {
+    let index = shuffled_index(l, reversed, keys[0]);
     to_unit::<L>(reverse_bits(l, scramble_reversed(l, index, keys[1])))
 }
 
 /// Owen-scrambled first two Sobol dimensions, decoupled between groups by shuffling the index
 /// ("padding", Burley 2020, sections 4 and 5).
 #[inline(always)]
-fn sobol_2d<L: Lanes>(l: L, index: u32, keys: &[L::U; 3]) -> [L::F; 2] {
-    let index = shuffled_index(l, index, keys[0]);
+fn sobol_2d<L: Lanes>(l: L, reversed: L::U, keys: &[L::U; 3]) -> [L::F; 2] {
+    let index = shuffled_index(l, reversed, keys[0]);
     let x = scramble_reversed(l, index, keys[1]);
     let y = scramble_reversed(l, pascal(l, index), keys[2]);
     [to_unit::<L>(reverse_bits(l, x)), to_unit::<L>(reverse_bits(l, y))]
@@ -490,10 +586,10 @@ fn scramble_reversed<L: Lanes>(l: L, x: L::U, seed: L::U) -> L::U {
     x ^ (x * l.u(0x53a2_2864))
 }
 
-/// The index, Owen-scrambled as an integer: aligned runs of 2^k indices stay together.
+/// The index whose bits are given in reverse order, Owen-scrambled as an integer: aligned runs of 2^k indices stay together.
 #[inline(always)]
-fn shuffled_index<L: Lanes>(l: L, index: u32, key: L::U) -> L::U {
-    reverse_bits(l, scramble_reversed(l, l.u(index.reverse_bits()), key))
+fn shuffled_index<L: Lanes>(l: L, reversed: L::U, key: L::U) -> L::U {
+    reverse_bits(l, scramble_reversed(l, reversed, key))
 }
 
 /// Second Sobol dimension, bit-reversed: the generator matrix is Pascal's triangle modulo 2, that
@@ -524,7 +620,8 @@ mod tests {
         let mut numbers = Numbers::nothing(Single);
         let mut pixels = Pixels::new(Single, Wrapping(key));
         sampler.turn(Single, &mut pixels);
-        sampler.draw(Single, 0, &pixels, &mut numbers);
+        numbers.set_technique(sampler.technique(Single, 0, &pixels));
+        sampler.draw(Single, Which { sample: 0, next: false }, &pixels, [true; 2], &mut numbers);
         numbers
     }
 

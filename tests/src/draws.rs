@@ -2,21 +2,23 @@
 
 use mislab_renderer::SamplerSettings;
 use mislab_renderer::lanes::Lanes;
-use mislab_renderer::sampler::{Dimension, Numbers, Pixels, Sampler};
+use mislab_renderer::sampler::{Dimension, Numbers, Pixels, Sampler, Which};
 
 /// A sampler and the pixels it is for.
-pub struct Draws<'a, L: Lanes> {
+pub struct Draws<L: Lanes> {
     l: L,
-    sampler: Sampler<'a>,
+    sampler: Sampler,
     pixels: Pixels<L>,
     patch: u32,
+    techniques: bool,
 }
 
-impl<'a, L: Lanes> Draws<'a, L> {
+impl<L: Lanes> Draws<L> {
     /// For the dimensions that are wanted.
     #[inline(always)]
-    pub fn new(l: L, settings: &'a SamplerSettings, wanted: [bool; Dimension::ALL.len()]) -> Self {
-        Self { l, sampler: Sampler::new(settings, wanted), pixels: Pixels::new(l, l.u(0)), patch: 0 }
+    pub fn new(l: L, settings: &SamplerSettings, wanted: [bool; Dimension::ALL.len()]) -> Self {
+        let techniques = wanted[Dimension::Technique as usize];
+        Self { l, sampler: Sampler::new(settings, wanted), pixels: Pixels::new(l, l.u(0)), patch: 0, techniques }
     }
 
     /// Turns to the pixels with these keys (`pixel_keys`), in the patch with this one (`patch_key`).
@@ -33,7 +35,10 @@ impl<'a, L: Lanes> Draws<'a, L> {
         self.sampler.enter(self.l, self.patch);
         self.sampler.turn(self.l, &mut self.pixels);
         let mut numbers = Numbers::nothing(self.l);
-        self.sampler.draw(self.l, 0, &self.pixels, &mut numbers);
+        if self.techniques {
+            numbers.set_technique(self.sampler.technique(self.l, 0, &self.pixels));
+        }
+        self.sampler.draw(self.l, Which { sample: 0, next: self.l.m(false) }, &self.pixels, [true; 2], &mut numbers);
         numbers
     }
 }

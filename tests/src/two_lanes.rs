@@ -5,7 +5,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-use mislab_renderer::lanes::{Lanes, Mask, Real, Uint};
+use mislab_renderer::lanes::{Lanes, Mask, Real, SHORT, Uint};
 
 /// Two lanes.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +53,9 @@ impl Lanes for Two {
     }
     fn mask(self, bits: u32) -> Truths {
         Truths([0, 1].map(|i| bits >> i & 1 == 1))
+    }
+    fn lookup(self, table: &[f32; SHORT], _: usize, index: Integers) -> Floats {
+        Floats(index.0.map(|i| table[i as usize]))
     }
     fn gather(self, table: &[f32], index: Integers) -> Floats {
         Floats(index.0.map(|i| table[i as usize]))

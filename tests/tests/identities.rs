@@ -5,6 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
+use mislab_renderer::build::BuiltScene;
+use mislab_renderer::film::Tile;
+use mislab_renderer::kernel::{Lanewise, render_tile};
 use mislab_renderer::{
     Bsdf, Channel, Frame, Heuristic, Layer, Pace, Picture, Renderer, Request, SamplerKind, SamplerSettings, Scene,
     Settings, State, Strategy,
@@ -132,6 +135,29 @@ fn threads_do_not_change_a_bit() {
                 settings.strategy.name(),
                 settings.sampler.kind.name()
             );
+        }
+    }
+}
+
+/// Pairs of samples are worked on together where a pass has both.
+#[test]
+fn cutting_samples_into_passes_does_not_change_a_bit() {
+    for (scene, settings) in cases() {
+        let built = BuiltScene::new(&scene, &settings).expect("a valid scene");
+        let bounds = settings.pixel_bounds();
+        for how in Lanewise::all() {
+            let render = |passes: &[u32]| {
+                let mut tile = Tile::new(bounds, settings.strategy, None);
+                for &count in passes {
+                    assert_eq!(render_tile(how, &built, &settings, &mut tile, count), 0, "valid samples");
+                }
+                tile
+            };
+            let single = render(&[1; 9]);
+            for passes in [[9].as_slice(), &[1, 8], &[2, 2, 5], &[3, 3, 3]] {
+                let what = format!("{}, {}", settings.strategy.name(), settings.sampler.kind.name());
+                assert!(render(passes) == single, "{what}, passes of {passes:?} samples, {}", how.name());
+            }
         }
     }
 }

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::film::Tile;
 use mislab_renderer::kernel::{Lanewise, render_tile};
+use mislab_renderer::light::LightShape;
 use mislab_renderer::{
     Bsdf, Geometry, Light, Material, PixelRect, Reflectance, SamplerKind, Scene, Settings, Shape, Strategy,
 };
@@ -173,4 +174,54 @@ fn most_patches_of_the_default_scene_see_one_surface_and_no_occluder() {
     println!("of {all} patches {alone} see one surface, {open} have no occluder");
     assert!(alone * 10 > all * 8, "only {alone} of {all} patches see one surface");
     assert!(open * 10 > all * 5, "only {open} of {all} patches have no occluder");
+}
+
+/// Where a scene is said to be clear, no surface comes near a ball light, not at its corners, on a grid of points or
+/// below the light's centre.
+#[test]
+fn clear_scenes_are_clear() {
+    let mut scenes = edited();
+    scenes.extend((0..depth(400, 20_000)).map(|seed| (format!("heap {seed}"), heap(seed))));
+    let mut count = [0, 0];
+    for (name, scene) in scenes {
+        let Ok(built) = BuiltScene::new(&scene, &independent(1, 0, [8, 8])) else { continue };
+        let balls = built.lights.list.iter().filter_map(|light| match light.shape {
+            LightShape::Ball(ball) => Some((ball.center.as_dvec3(), f64::from(ball.radius))),
+            LightShape::Facet(_) => None,
+        });
+        let balls: Vec<_> = balls.collect();
+        if balls.is_empty() {
+            continue;
+        }
+        count[usize::from(built.lights.is_clear())] += 1;
+        if name == "default" || name == "plastic" {
+            assert!(built.lights.is_clear(), "{name}");
+        }
+        if !built.lights.is_clear() {
+            continue;
+        }
+        for (center, radius) in balls {
+            let mut nearest = f64::INFINITY;
+            for facet in &built.geometry.facets {
+                let [p, a, b] = [facet.p0, facet.e1, facet.e2].map(Vec3::as_dvec3);
+                // Barycentric coordinates of the point of the plane below the centre, moved into the facet.
+                let n = a.cross(b);
+                let q = center - p;
+                let below = [q.cross(b).dot(n), a.cross(q).dot(n)].map(|t| (t / n.length_squared()).clamp(0.0, 1.0));
+                let grid = (0..=40).flat_map(|i| (0..=40).map(move |j| [i, j].map(|k| f64::from(k) / 40.0)));
+                for [u, v] in grid.chain([below]).filter(|[u, v]| facet.quad || u + v <= 1.0) {
+                    nearest = nearest.min((p + a * u + b * v - center).length());
+                }
+            }
+            for ball in &built.geometry.balls {
+                let apart = (ball.center.as_dvec3() - center).length();
+                nearest = nearest.min((apart - f64::from(ball.radius)).abs());
+            }
+            assert!(
+                nearest > 1.001 * radius,
+                "{name}: a surface {nearest} from the centre of a light of radius {radius}"
+            );
+        }
+    }
+    assert!(count[0] >= 100 && count[1] >= 50, "{count:?} scenes are not clear and clear");
 }

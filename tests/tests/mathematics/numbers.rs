@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use mislab_renderer::lanes::{Single, Wrapping};
-use mislab_renderer::sampler::{Dimension, Numbers};
+use mislab_renderer::sampler::{Dimension, Numbers, Pixels, RUN, Sampler, Which, patch_key};
 use mislab_renderer::{SamplerKind, SamplerSettings, Strategy};
 use mislab_tests::chi_square::{PValues, chi_square};
 use mislab_tests::draws::Draws;
@@ -27,16 +27,16 @@ fn key(x: u32, y: u32) -> Wrapping {
 }
 
 /// A sampler at a pixel.
-fn at(settings: &SamplerSettings, x: u32, y: u32) -> Draws<'_, Single> {
+fn at(settings: &SamplerSettings, x: u32, y: u32) -> Draws<Single> {
     wanting(ALL, settings, x, y)
 }
 
 /// A sampler at a pixel, for one dimension.
-fn only(dimension: Dimension, settings: &SamplerSettings, x: u32, y: u32) -> Draws<'_, Single> {
+fn only(dimension: Dimension, settings: &SamplerSettings, x: u32, y: u32) -> Draws<Single> {
     wanting(Dimension::ALL.map(|other| other == dimension), settings, x, y)
 }
 
-fn wanting(wanted: [bool; Dimension::ALL.len()], settings: &SamplerSettings, x: u32, y: u32) -> Draws<'_, Single> {
+fn wanting(wanted: [bool; Dimension::ALL.len()], settings: &SamplerSettings, x: u32, y: u32) -> Draws<Single> {
     let mut sampler = Draws::new(Single, settings, wanted);
     sampler.start(key(x, y), once::patch(3, x, y));
     sampler
@@ -158,6 +158,51 @@ fn pixels_have_keys_of_their_own() {
     let seeds: HashSet<u32> = (0..100_000).map(|seed| once::key(seed, 3, 4).0).collect();
     // Random 32-bit numbers: 1.2 pairs are expected to agree, 10 once in a million times.
     assert!(seeds.len() > 100_000 - 10, "{} keys of 100 000 seeds", seeds.len());
+}
+
+#[test]
+fn patches_have_keys_of_their_own() {
+    for seed in [0, 1, 2, 77, u32::MAX] {
+        let columns = || (0..400).chain(8000..8192);
+        let keys: HashSet<u32> =
+            columns().flat_map(|x| columns().map(move |y| patch_key(seed, [8 * x, 8 * y]))).collect();
+        assert_eq!(keys.len(), 592 * 592, "seed {seed}: patches with the same key");
+    }
+    let seeds: HashSet<u32> = (0..100_000).map(|seed| patch_key(seed, [16, 24])).collect();
+    assert_eq!(seeds.len(), 100_000, "seeds with the same key");
+}
+
+/// However samples are cut into runs, they are those that come one at a time.
+#[test]
+fn runs_hold_the_samples_that_come_alone() {
+    let patch = once::patch(3, 5, 9);
+    for settings in samplers().into_iter().chain([stratified([5, 8], true)]) {
+        for (first, count) in [(0, 1), (0, 200), (13, 7), (35, 2), (40, 100), (1_000_003, 50)] {
+            let mut sampler = Sampler::new(&settings, ALL);
+            let mut pixels = Pixels::new(Single, key(5, 9));
+            let (mut next, last) = (first, first + count);
+            while next < last {
+                let length = sampler.start(next, last - next);
+                let what = format!("{settings:?}, {length} samples from {next}, {} left", last - next);
+                assert!((1..=RUN as u32).contains(&length) && length <= last - next, "{what}");
+                if settings.kind == SamplerKind::Stratified {
+                    let n = settings.strata[0] * settings.strata[1];
+                    assert_eq!(next / n, (next + length - 1) / n, "{what}: more than a round");
+                }
+                sampler.enter(Single, patch);
+                sampler.turn(Single, &mut pixels);
+                for i in 0..length {
+                    let mut numbers = Numbers::nothing(Single);
+                    numbers.set_technique(sampler.technique(Single, i as usize, &pixels));
+                    let which = Which { sample: i as usize, next: false };
+                    sampler.draw(Single, which, &pixels, [true; 2], &mut numbers);
+                    let alone = once::draw(&mut at(&settings, 5, 9), next + i);
+                    assert_eq!(each(&numbers), each(&alone), "{what}: number {i}");
+                }
+                next += length;
+            }
+        }
+    }
 }
 
 /// Each bit of a pixel and of the seed flips each bit of the key half of the time.
@@ -372,6 +417,39 @@ fn every_stratum_gets_one_sample_of_each_round() {
     }
 }
 
+/// Of 2^k successive samples from a multiple of 2^k on, each has one of 2^k equal intervals of the technique's number
+/// to itself, and no interval comes first more often than others.
+#[test]
+fn techniques_alternate() {
+    for settings in [SOBOL, stratified([8, 8], true), stratified([2, 1], true), stratified([16, 4], false)] {
+        let most = if settings.kind == SamplerKind::Stratified { settings.strata[0] * settings.strata[1] } else { 64 };
+        let mut firsts = [0u32; 8];
+        for pixel in 0..400 {
+            let mut sampler = only(Dimension::Technique, &settings, pixel, 7);
+            for k in (0..=6).filter(|k| 1 << k <= most) {
+                for block in [0, 1, 5] {
+                    let mut seen = vec![false; 1 << k];
+                    for i in 0..1 << k {
+                        let number = once::draw(&mut sampler, (block << k) + i).get_1d(Dimension::Technique);
+                        let cell = (number * (1 << k) as f32) as usize;
+                        assert!(!seen[cell], "{settings:?}, pixel {pixel}: two of 2^{k} numbers in one interval");
+                        seen[cell] = true;
+                        if block == 0 && k == 0 {
+                            firsts[(number * 8.0) as usize] += 1;
+                        }
+                    }
+                }
+            }
+        }
+        let outcome = chi_square(&firsts, &[50.0; 8], 5.0);
+        if settings.jitter {
+            let mut family = PValues::new("first techniques");
+            family.test(format!("{settings:?}"), outcome);
+            family.judge(1);
+        }
+    }
+}
+
 /// Positions inside a stratum are uniform, and independent of the stratum.
 #[test]
 fn jitter_is_uniform() {
@@ -519,8 +597,7 @@ fn long_runs_of_sobol_points_are_nets() {
     }
 }
 
-/// No two pixels share a pattern, in any dimension; but the pixels of a patch share an order of strata that each turns in
-/// one of four times as many ways as there are strata (twice in one dimension).
+/// No two pixels share a pattern in any dimension, except that of techniques; those of a patch shuffle its order of strata in ways of their own.
 #[test]
 fn pixels_have_patterns_of_their_own() {
     let large = stratified([256, 256], false);
@@ -535,10 +612,12 @@ fn pixels_have_patterns_of_their_own() {
             }
         }
         for (seen, dimension) in seen.iter().zip(Dimension::ALL) {
-            // Among 157 patches of 64 pixels a few turns coincide: 2.4 of 2^17, 1.2 of 2^18.
-            let coincide = if settings.kind == SamplerKind::Stratified { 10 } else { 0 };
-            let (seen, least) = (seen.len(), (PIXELS - coincide) as usize);
-            assert!(seen >= least, "{settings:?}, {dimension:?}: {seen} patterns of {PIXELS} pixels");
+            if settings.kind == SamplerKind::Stratified && dimension == Dimension::Technique {
+                // Techniques alternate: four samples of a pixel leave 2^18 ways.
+                assert!(seen.len() > 9700, "{} of {PIXELS} pixels have a pattern of their own", seen.len());
+                continue;
+            }
+            assert_eq!(seen.len(), PIXELS as usize, "{settings:?}, {dimension:?}: pixels with the same pattern");
         }
     }
 }

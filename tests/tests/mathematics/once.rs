@@ -39,7 +39,7 @@ pub fn patch(seed: u32, x: u32, y: u32) -> u32 {
 }
 
 #[inline(never)]
-pub fn draw(sampler: &mut Draws<'_, Single>, index: u32) -> Numbers<Single> {
+pub fn draw(sampler: &mut Draws<Single>, index: u32) -> Numbers<Single> {
     sampler.draw(index)
 }
 

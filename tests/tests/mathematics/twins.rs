@@ -140,6 +140,12 @@ fn samples_are_selected_as_a_whole() {
     assert_eq!(bits(&nothing, 1), [([0; 3], 0, false); 2]);
 }
 
+/// All of a sample to the first block; how many were invalid.
+fn add<L: Lanes>(tile: &mut Tile, l: L, lane: usize, index: u32, sample: &Sample<L>) -> u32 {
+    let rest = tile.add(l, (0, lane), index, sample);
+    tile.finish(l, (0, lane), index, &rest)
+}
+
 /// Each lane is valid or not for itself.
 #[test]
 fn invalid_samples_are_counted_lane_by_lane() {
@@ -160,11 +166,11 @@ fn invalid_samples_are_counted_lane_by_lane() {
                 let sample = Sample { reflected, emitted, emits: Truths([true; 2]) };
                 // The sum of the techniques is what counts.
                 let expected = if index == 0 { 0 } else { 2 };
-                assert_eq!(tile.add(Two, (0, 2), index as u32, &sample), expected, "{a} and {b}");
+                assert_eq!(add(&mut tile, Two, 2, index as u32, &sample), expected, "{a} and {b}");
                 let reflected = Reflected { light: part([a, b]), bsdf: part([0.0; 2]) };
                 let sample = Sample { reflected, emitted, emits: Truths([false; 2]) };
                 let expected = [0, 1, 1, 2][index];
-                assert_eq!(tile.add(Two, (0, 4), index as u32, &sample), expected, "{a} and {b}");
+                assert_eq!(add(&mut tile, Two, 4, index as u32, &sample), expected, "{a} and {b}");
             }
         }
     }
@@ -199,7 +205,7 @@ fn pixels_are_summed_alone() {
         let emitted = [0, 1].map(|lane| if emits[lane] { emitted[lane] } else { 0.0 });
         let reflected = Reflected { light, bsdf };
         let sample = Sample { reflected, emitted: V3::all(Floats(emitted)), emits: Truths(emits) };
-        assert_eq!(both.add(Two, (0, 2), index, &sample), 0, "valid");
+        assert_eq!(add(&mut both, Two, 2, index, &sample), 0, "valid");
         for lane in 0..2 {
             let one = |c: &Contribution<Two>| Contribution::<Single> {
                 value: V3 { x: c.value.x.lane(lane), y: c.value.y.lane(lane), z: c.value.z.lane(lane) },
@@ -208,7 +214,7 @@ fn pixels_are_summed_alone() {
             };
             let reflected = Reflected { light: one(&light), bsdf: one(&bsdf) };
             let sample = Sample { reflected, emitted: V3::all(emitted[lane]), emits: emits[lane] };
-            alone.add(Single, (0, 2 + lane), index, &sample);
+            add(&mut alone, Single, 2 + lane, index, &sample);
         }
         assert!(both == alone, "sample {number}: neighbours change a sum");
     }
