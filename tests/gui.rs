@@ -10,6 +10,7 @@ use mislab::document::Document;
 use mislab::prefs::{Prefs, SavePrefs};
 use mislab::view_state::ToneMap;
 use mislab::{AppOptions, MisLabApp};
+use mislab_renderer::State;
 use mislab_renderer::pbrt::DEFAULT_SCENE;
 use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy};
 
@@ -243,9 +244,11 @@ fn the_pace() {
     lab.apply(Command::SetSpp(SppTarget::Endless));
     lab.key(Modifiers::NONE, Key::Space);
     assert!(lab.app().pacing().paused);
-    lab.until("the workers to hold", |lab| lab.app().engine().current_frame().is_some());
-    std::thread::sleep(Duration::from_millis(50));
-    lab.harness.step();
+    // Not before the pass is over that was running.
+    lab.until("the workers to hold", |lab| {
+        let (status, frame) = (lab.app().engine().status(), lab.app().engine().current_frame());
+        status.zip(frame).is_some_and(|(status, frame)| status.state == State::Paused && status.spp == frame.spp())
+    });
     let held = lab.app().engine().current_frame().map(|f| f.spp());
     std::thread::sleep(Duration::from_millis(50));
     lab.harness.step();

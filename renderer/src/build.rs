@@ -32,7 +32,7 @@ pub struct BuiltScene {
     /// Which of all these matter to a patch of the image.
     pub patches: Patches,
     /// The answers for all patches asked about so far, row by row.
-    near: Vec<OnceLock<Candidates>>,
+    near: Arc<Vec<OnceLock<Candidates>>>,
     /// How many patches there are in a row.
     columns: usize,
     /// How far rays are kept off the surface they start from.
@@ -100,7 +100,8 @@ impl BuiltScene {
     }
 
     /// The same, with geometry shared with one of these if it has just the same shapes: the tree over a
-    /// large mesh takes a second, an edit of a material, a light or the camera should not.
+    /// large mesh takes a second, an edit of a material, a light or the camera should not. What patches see is shared, too,
+    /// unless a shape, a light's shape or the camera changes.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -172,12 +173,25 @@ impl BuiltScene {
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights =
             if clear_of(&geometry, &lights, epsilon) { Lights::new(lights).clear() } else { Lights::new(lights) };
-        let [columns, rows] = settings.resolution.map(|pixels| pixels.div_ceil(patch::SIDE));
+        let [columns, rows] = settings.resolution.map(|pixels| pixels.div_ceil(patch::SIDE) as usize);
+        // What a patch sees is a matter of shapes and camera alone.
+        let sees_the_same = |other: &&Arc<Self>| {
+            Arc::ptr_eq(&other.geometry, &geometry)
+                && other.camera == camera
+                && other.epsilon == epsilon
+                && other.lights_scatter == lights_scatter
+                && other.lights.has_shapes_of(&lights)
+                && (other.columns, other.near.len()) == (columns, columns * rows)
+        };
+        let near = match known.iter().find(sees_the_same) {
+            Some(known) => known.near.clone(),
+            None => Arc::new(vec![OnceLock::new(); columns * rows]),
+        };
         Ok(Self {
             camera,
             patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
-            near: vec![OnceLock::new(); (columns * rows) as usize],
-            columns: columns as usize,
+            near,
+            columns,
             geometry,
             opaque,
             has_two_lobes: materials.iter().any(Material::has_two_lobes),
@@ -192,8 +206,13 @@ impl BuiltScene {
     #[must_use]
     pub fn without_lists(mut self) -> Self {
         self.patches.forget();
-        self.near.fill(OnceLock::new());
+        self.near = Arc::new(vec![OnceLock::new(); self.near.len()]);
         self
+    }
+
+    /// True if what patches see is asked once for both.
+    pub fn sees_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.near, &other.near)
     }
 
     /// What can matter to the patch whose first pixel is (x, y).

@@ -8,7 +8,7 @@ use crate::scene::Camera;
 
 /// A pinhole camera, ready for use: the direction through image point (x, y), in pixels from the
 /// top left, is `corner + x right + y down`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pinhole {
     /// Eye point.
     pub origin: Vec3,

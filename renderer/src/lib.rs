@@ -29,6 +29,7 @@ mod job;
 pub mod kernel;
 pub mod lanes;
 pub mod light;
+mod light_tree;
 pub mod metrics;
 pub mod mis;
 pub mod patch;

@@ -8,13 +8,15 @@
 use glam::Vec3;
 
 use crate::lanes::{Lanes, Mask, Real, SHORT, Uint, V3};
+use crate::light_tree::LightTree;
 use crate::patch::{self, List};
 use crate::sampler::{Dimension, Numbers};
-use crate::shape::{Ball, Facet};
+use crate::shape::{Ball, BallLanes, Facet, FacetLanes};
+use crate::tree::{ball_box, facet_box};
 use crate::warp;
 
 /// Where a light is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightShape {
     /// Sampled over the cone it fills; from inside, over all directions.
     Ball(Ball),
@@ -24,6 +26,9 @@ pub enum LightShape {
 
 /// Up to so many lights are looked up in short tables, in which 0 stands for none.
 const FEW: usize = SHORT - 1;
+
+/// Up to so many lights each is asked for every direction; a tree pays from about there.
+const FLAT_LIMIT: usize = 64;
 
 /// A surface that emits, on its outer side.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +51,7 @@ pub struct Lights {
     facets: Vec<(Facet, Vec3)>,
     tables: Tables,
     outside: Outside,
+    tree: Option<LightTree>,
     /// No ray starts inside a ball light or next to its surface.
     clear: bool,
 }
@@ -71,12 +77,17 @@ struct Outside {
 struct Tables {
     is_ball: Vec<f32>,
     p: [Vec<f32>; 3],
-    /// Of a ball: 1 / radius^2.
+    radiance: [Vec<f32>; 3],
+    /// Of a ball: radius^2 and 1 / radius^2.
+    radius2: Vec<f32>,
     curvature2: Vec<f32>,
     inward: Vec<f32>,
     e1: [Vec<f32>; 3],
     e2: [Vec<f32>; 3],
     normal: [Vec<f32>; 3],
+    u_axis: [Vec<f32>; 3],
+    v_axis: [Vec<f32>; 3],
+    area: Vec<f32>,
     quad: Vec<f32>,
     any_ball: bool,
     any_inward: bool,
@@ -120,16 +131,16 @@ struct Chord<L: Lanes> {
 
 /// With `clear`, rays start outside, and not next to the surface.
 #[inline(always)]
-fn chord<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, clear: bool) -> Chord<L> {
+fn chord<L: Lanes>(l: L, ball: &BallLanes<L>, curvature2: L::F, origin: V3<L>, dir: V3<L>, clear: bool) -> Chord<L> {
     let zero = l.f(0.0);
-    let (along, half2) = ball.chord(l, origin, dir);
+    let (along, half2) = ball.chord(origin, dir);
     let (meets, ahead) = (half2.ge(zero), along.gt(zero));
     // Seen from outside it only has to lie ahead, however near: on its very surface it still fills half of all directions.
     if clear {
         return Chord { along, half2, x: zero, inside: l.m(false), met: meets & ahead };
     }
-    let to_center = V3::splat(l, ball.center) - origin;
-    let x = to_center.dot(to_center) * ball.curvature2();
+    let to_center = ball.center - origin;
+    let x = to_center.dot(to_center) * curvature2;
     let inside = x.lt(l.f(1.0));
     Chord { along, half2, x, inside, met: meets & (inside | ahead) }
 }
@@ -147,30 +158,57 @@ fn density_from_outside<L: Lanes>(l: L, x: L::F) -> L::F {
     warp::cone_pdf::<L>(warp::inverse_one_minus_cos_of_sphere(l, x))
 }
 
-/// Whether and where rays meet a ball light. From inside only what lies beyond `t_min` is met.
-#[inline(always)]
-fn meet_ball<L: Lanes>(l: L, ball: &Ball, origin: V3<L>, dir: V3<L>, t_min: L::F, clear: bool) -> Meeting<L> {
-    let Chord { along, half2, x, inside, met } = chord(l, ball, origin, dir, clear);
-    let x = if clear { far_distance2(l, along, half2, l.f(ball.curvature2())) } else { x };
-    let half = half2.max(l.f(0.0)).sqrt();
-    let distance = (along + inside.select(half, -half)).max(l.f(0.0));
-    let met = met & (!inside | distance.gt(t_min));
-    let faces = met & if ball.inward { inside } else { !inside };
-    // From inside, all directions alike.
-    let density = inside.select(l.f(warp::SPHERE_PDF), density_from_outside(l, x));
-    Meeting { met, faces, density, distance }
+/// A ball light in every lane, the same or another one in each.
+struct BallLightLanes<L: Lanes> {
+    ball: BallLanes<L>,
+    curvature2: L::F,
+    inward: L::M,
 }
 
-/// Whether and where rays meet a facet light beyond `t_min`.
+impl<L: Lanes> BallLightLanes<L> {
+    #[inline(always)]
+    fn splat(l: L, ball: &Ball) -> Self {
+        Self { ball: BallLanes::splat(l, ball), curvature2: l.f(ball.curvature2()), inward: l.m(ball.inward) }
+    }
+
+    /// Whether and where rays meet it. From inside only what lies beyond `t_min` is met.
+    #[inline(always)]
+    fn meet(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F, clear: bool) -> Meeting<L> {
+        let Chord { along, half2, x, inside, met } = chord(l, &self.ball, self.curvature2, origin, dir, clear);
+        let x = if clear { far_distance2(l, along, half2, self.curvature2) } else { x };
+        let half = half2.max(l.f(0.0)).sqrt();
+        let distance = (along + inside.select(half, -half)).max(l.f(0.0));
+        let met = met & (!inside | distance.gt(t_min));
+        let faces = met & !(inside ^ self.inward);
+        // From inside, all directions alike.
+        let density = inside.select(l.f(warp::SPHERE_PDF), density_from_outside(l, x));
+        Meeting { met, faces, density, distance }
+    }
+}
+
+/// What a facet light is that rays meet at `distance` if they are `inside` its edges; only beyond `t_min`.
 #[inline(always)]
-fn meet_facet<L: Lanes>(l: L, facet: &Facet, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
-    let zero = l.f(0.0);
-    let (distance, inside) = facet.intersect(l, origin, dir);
+fn meet_facet<L: Lanes>(
+    l: L,
+    (distance, inside): (L::F, L::M),
+    normal: V3<L>,
+    area: L::F,
+    dir: V3<L>,
+    t_min: L::F,
+) -> Meeting<L> {
     let met = inside & distance.gt(t_min);
     // Uniform over the area, dA = t^2 / cos dw.
-    let cos = -(V3::splat(l, facet.normal).dot(dir));
-    let density = distance * distance / (cos * facet.area);
-    Meeting { met, faces: met & cos.gt(zero), density, distance }
+    let cos = -(normal.dot(dir));
+    let density = distance * distance / (cos * area);
+    Meeting { met, faces: met & cos.gt(l.f(0.0)), density, distance }
+}
+
+impl<L: Lanes> Meeting<L> {
+    /// The same where true, nothing elsewhere.
+    #[inline(always)]
+    fn only(self, here: L::M) -> Self {
+        Self { met: self.met & here, faces: self.faces & here, ..self }
+    }
 }
 
 /// The light in front, and the densities of all.
@@ -188,11 +226,11 @@ impl<L: Lanes> Front<L> {
     }
 
     #[inline(always)]
-    fn add(&mut self, l: L, meeting: &Meeting<L>, index: usize, radiance: Vec3) {
+    fn add(&mut self, l: L, meeting: &Meeting<L>, index: L::U, radiance: V3<L>) {
         let nearer = meeting.met & meeting.distance.lt(self.t);
         self.t = nearer.select(meeting.distance, self.t);
-        self.index = nearer.select_u(l.u(index as u32), self.index);
-        let emitted = V3::select(meeting.faces, V3::splat(l, radiance), V3::all(l.f(0.0)));
+        self.index = nearer.select_u(index, self.index);
+        let emitted = V3::select(meeting.faces, radiance, V3::all(l.f(0.0)));
         self.radiance = V3::select(nearer, emitted, self.radiance);
         self.density = meeting.faces.select(self.density + meeting.density, self.density);
     }
@@ -227,14 +265,20 @@ impl Lights {
             t.any_facet |= facet.is_some();
             t.is_ball.push(if ball.is_some() { 1.0 } else { 0.0 });
             t.any_inward |= ball.is_some_and(|b| b.inward);
+            t.radius2.push(ball.map_or(0.0, |b| b.radius * b.radius));
             t.curvature2.push(ball.map_or(0.0, |b| b.curvature2()));
+            t.area.push(facet.map_or(0.0, |f| f.area));
             t.inward.push(if ball.is_some_and(|b| b.inward) { 1.0 } else { 0.0 });
             t.quad.push(if facet.is_some_and(|f| f.quad) { 1.0 } else { 0.0 });
             let p = ball.map(|b| b.center).or(facet.map(|f| f.p0)).unwrap_or_default();
             let e1 = facet.map_or(Vec3::ZERO, |f| f.e1);
             let e2 = facet.map_or(Vec3::ZERO, |f| f.e2);
             let normal = facet.map_or(Vec3::ZERO, |f| f.normal);
+            let [u_axis, v_axis] = facet.map_or([Vec3::ZERO; 2], |f| f.axes());
             for axis in 0..3 {
+                t.radiance[axis].push(light.radiance[axis]);
+                t.u_axis[axis].push(u_axis[axis]);
+                t.v_axis[axis].push(v_axis[axis]);
                 t.p[axis].push(p[axis]);
                 t.e1[axis].push(e1[axis]);
                 t.e2[axis].push(e2[axis]);
@@ -244,7 +288,34 @@ impl Lights {
         for table in t.all() {
             table.resize(list.len().max(SHORT), 0.0);
         }
-        Self { list, balls, facets, tables: t, outside, clear: false }
+        let tree = (list.len() > FLAT_LIMIT).then(|| {
+            let boxes: Vec<_> = list
+                .iter()
+                .map(|light| match &light.shape {
+                    LightShape::Ball(ball) => ball_box(ball),
+                    LightShape::Facet(facet) => facet_box(facet),
+                })
+                .collect();
+            LightTree::new(&boxes)
+        });
+        Self { list, balls, facets, tables: t, outside, tree, clear: false }
+    }
+
+    /// True if these are the same shapes, whatever they emit.
+    pub fn has_shapes_of(&self, other: &Self) -> bool {
+        self.list.len() == other.list.len() && self.list.iter().zip(&other.list).all(|(a, b)| a.shape == b.shape)
+    }
+
+    /// True if there are so many that a tree narrows them down.
+    pub fn has_tree(&self) -> bool {
+        self.tree.is_some()
+    }
+
+    /// The same lights, each of which is asked for every ray: to compare with.
+    #[must_use]
+    pub fn without_tree(mut self) -> Self {
+        self.tree = None;
+        self
     }
 
     /// The same lights, where no point that is asked about can lie inside of one or nearer to its surface than a
@@ -339,6 +410,10 @@ impl Lights {
     #[inline(always)]
     pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, list: &List) -> (L::F, L::U, V3<L>) {
         let t_min = l.f(0.0);
+        if let Some(tree) = &self.tree {
+            let front = self.front_by_tree(l, tree, origin, dir, t_min, false);
+            return (front.t, front.index, front.radiance);
+        }
         let mut front = Front::none(l);
         let listed = self.list.len() <= patch::MOST;
         // Balls, then facets: a choice inside one loop would carry all vectors through memory.
@@ -346,15 +421,92 @@ impl Lights {
         let mut next = 0;
         while let Some(i) = if listed { balls.take_first() } else { Some(next) } {
             let Some(light) = self.balls.get(i) else { break };
-            front.add(l, &meet_ball(l, &light.ball, origin, dir, t_min, false), i, light.radiance);
+            let meeting = BallLightLanes::splat(l, &light.ball).meet(l, origin, dir, t_min, false);
+            front.add(l, &meeting, l.u(i as u32), V3::splat(l, light.radiance));
             next += 1;
         }
         while let Some(i) = if listed { facets.take_first() } else { Some(next) } {
             let Some((facet, radiance)) = self.facets.get(i - self.balls.len()) else { break };
-            front.add(l, &meet_facet(l, facet, origin, dir, t_min), i, *radiance);
+            let meeting = self.meet_facet_light(l, facet, origin, dir, t_min);
+            front.add(l, &meeting, l.u(i as u32), V3::splat(l, *radiance));
             next += 1;
         }
         (front.t, front.index, front.radiance)
+    }
+
+    #[inline(always)]
+    fn meet_facet_light<L: Lanes>(&self, l: L, facet: &Facet, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
+        meet_facet(l, facet.intersect(l, origin, dir), V3::splat(l, facet.normal), l.f(facet.area), dir, t_min)
+    }
+
+    /// What all lights are for rays that are `here`.
+    #[inline(always)]
+    fn front_of_all<L: Lanes>(
+        &self,
+        l: L,
+        front: &mut Front<L>,
+        (origin, dir): (V3<L>, V3<L>),
+        t_min: L::F,
+        clear: bool,
+        here: L::M,
+    ) {
+        for (i, light) in self.balls.iter().enumerate() {
+            let meeting = BallLightLanes::splat(l, &light.ball).meet(l, origin, dir, t_min, clear);
+            front.add(l, &meeting.only(here), l.u(i as u32), V3::splat(l, light.radiance));
+        }
+        for (i, (facet, radiance)) in self.facets.iter().enumerate() {
+            let meeting = self.meet_facet_light(l, facet, origin, dir, t_min);
+            let index = l.u((self.balls.len() + i) as u32);
+            front.add(l, &meeting.only(here), index, V3::splat(l, *radiance));
+        }
+    }
+
+    /// The same by way of the tree.
+    #[inline(always)]
+    fn front_by_tree<L: Lanes>(
+        &self,
+        l: L,
+        tree: &LightTree,
+        origin: V3<L>,
+        dir: V3<L>,
+        t_min: L::F,
+        clear: bool,
+    ) -> Front<L> {
+        let t = &self.tables;
+        let mut front = Front::none(l);
+        let lists = tree.may_meet(l, origin, dir);
+        let (longest, too_many) = lists.longest::<L>();
+        for k in 0..longest {
+            let (numbers, there) = lists.get::<L>(k);
+            let (number, there) = (l.load_u(numbers), l.mask(there));
+            let is_ball = self.pick(l, &t.is_ball, number).gt(l.f(0.5));
+            let (at, radiance) = (self.pick_v(l, &t.p, number), self.pick_v(l, &t.radiance, number));
+            if (is_ball & there).any() {
+                let light = BallLightLanes {
+                    ball: BallLanes { center: at, radius2: self.pick(l, &t.radius2, number) },
+                    curvature2: self.pick(l, &t.curvature2, number),
+                    inward: self.pick(l, &t.inward, number).gt(l.f(0.5)),
+                };
+                let meeting = light.meet(l, origin, dir, t_min, clear);
+                front.add(l, &meeting.only(is_ball & there), number, radiance);
+            }
+            if (!is_ball & there).any() {
+                let facet = FacetLanes {
+                    p0: at,
+                    normal: self.pick_v(l, &t.normal, number),
+                    u_axis: self.pick_v(l, &t.u_axis, number),
+                    v_axis: self.pick_v(l, &t.v_axis, number),
+                    triangle: l.f(1.0) - self.pick(l, &t.quad, number),
+                };
+                let area = self.pick(l, &t.area, number);
+                let meeting = meet_facet(l, facet.intersect(l, origin, dir), facet.normal, area, dir, t_min);
+                front.add(l, &meeting.only(!is_ball & there), number, radiance);
+            }
+        }
+        if too_many != 0 {
+            self.front_of_all(l, &mut front, (origin, dir), t_min, clear, l.mask(too_many));
+        }
+        front
     }
 
     /// Density of the light technique at `wi`, and what emits there; how far that is only if
@@ -369,13 +521,14 @@ impl Lights {
                 return Sight { pdf: sight.pdf * each, ..sight };
             }
         }
-        let mut front = Front::none(l);
-        for light in &self.balls {
-            front.add(l, &meet_ball(l, &light.ball, p, wi, t_min, self.clear), 0, light.radiance);
-        }
-        for (facet, radiance) in &self.facets {
-            front.add(l, &meet_facet(l, facet, p, wi, t_min), 0, *radiance);
-        }
+        let front = match &self.tree {
+            Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.clear),
+            None => {
+                let mut front = Front::none(l);
+                self.front_of_all(l, &mut front, (p, wi), t_min, self.clear, l.m(true));
+                front
+            }
+        };
         Sight { pdf: front.density * each, t: front.t, radiance: front.radiance }
     }
 
@@ -387,7 +540,8 @@ impl Lights {
         let (mut met, mut doubtful) = (l.m(false), l.m(false));
         let (mut along, mut half2, mut x, mut place) = (zero, zero, zero, l.u(0));
         for light in &self.balls {
-            let chord = chord(l, &light.ball, p, wi, self.clear);
+            let BallLightLanes { ball, curvature2, .. } = BallLightLanes::splat(l, &light.ball);
+            let chord = chord(l, &ball, curvature2, p, wi, self.clear);
             doubtful = doubtful | chord.inside | (met & chord.met);
             met = met | chord.met;
             if self.clear {
@@ -418,7 +572,10 @@ impl Lights {
 impl Tables {
     /// All of them.
     fn all(&mut self) -> impl Iterator<Item = &mut Vec<f32>> {
-        let vectors = [&mut self.p, &mut self.e1, &mut self.e2, &mut self.normal].into_iter().flatten();
-        vectors.chain([&mut self.is_ball, &mut self.curvature2, &mut self.inward, &mut self.quad])
+        let vectors = [&mut self.p, &mut self.radiance, &mut self.e1, &mut self.e2, &mut self.normal];
+        let axes = [&mut self.u_axis, &mut self.v_axis];
+        let numbers = [&mut self.is_ball, &mut self.radius2, &mut self.curvature2, &mut self.inward];
+        let more = [&mut self.area, &mut self.quad];
+        vectors.into_iter().chain(axes).flatten().chain(numbers).chain(more)
     }
 }

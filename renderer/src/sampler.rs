@@ -27,15 +27,6 @@ impl Dimension {
     /// All dimensions, by number.
     pub const ALL: [Self; 6] = [Self::Pixel, Self::Technique, Self::LightChoice, Self::Light, Self::Lobe, Self::Bsdf];
 
-    /// How many numbers it has.
-    #[inline(always)]
-    pub fn numbers(self) -> usize {
-        match self {
-            Self::Technique | Self::LightChoice | Self::Lobe => 1,
-            Self::Pixel | Self::Light | Self::Bsdf => 2,
-        }
-    }
-
     /// By dimension, whether a strategy asks for it, where there is more than one light to choose
     /// from (`lights`) and a surface with more than one lobe (`lobes`).
     pub fn wanted(strategy: Strategy, lights: bool, lobes: bool) -> [bool; Self::ALL.len()] {

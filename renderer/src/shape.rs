@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::lanes::{Lanes, Mask, Real, V3};
 
 /// A triangle or a parallelogram: `p0 + u e1 + v e2` with u, v >= 0 and u + v <= 1, or both <= 1.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facet {
     /// The corner both edges start from.
     pub p0: Vec3,
@@ -127,7 +127,7 @@ impl<L: Lanes> FacetLanes<L> {
 }
 
 /// A sphere.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
     /// Centre.
     pub center: Vec3,
@@ -152,14 +152,13 @@ impl Ball {
     /// smallest lights (radius 0.03 at distance 15) to cancellation in f32.
     #[inline(always)]
     pub fn chord<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
-        BallLanes { center: V3::splat(l, self.center), radius2: l.f(self.radius * self.radius) }.chord(origin, dir)
+        BallLanes::splat(l, self).chord(origin, dir)
     }
 
     /// Nearest intersection beyond `t_min`; infinite if there is none.
     #[inline(always)]
     pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F) -> L::F {
-        let ball = BallLanes { center: V3::splat(l, self.center), radius2: l.f(self.radius * self.radius) };
-        ball.nearest(l, origin, dir, t_min)
+        BallLanes::splat(l, self).nearest(l, origin, dir, t_min)
     }
 }
 
@@ -173,9 +172,15 @@ pub struct BallLanes<L: Lanes> {
 }
 
 impl<L: Lanes> BallLanes<L> {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat(l: L, ball: &Ball) -> Self {
+        Self { center: V3::splat(l, ball.center), radius2: l.f(ball.radius * ball.radius) }
+    }
+
     /// See [`Ball::chord`].
     #[inline(always)]
-    fn chord(&self, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
+    pub fn chord(&self, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
         let to_center = self.center - origin;
         let along = to_center.dot(dir);
         let off = dir.scale_add(-along, to_center);

@@ -27,7 +27,7 @@ use crate::lanes::{Lanes, Mask, Real, Uint, V3};
 use crate::shape::{Ball, BallLanes, FACET_NUMBERS, Facet, FacetLanes};
 
 /// Children of a node.
-const FAN: usize = 16;
+pub(crate) const FAN: usize = 16;
 
 /// Most primitives of a leaf. More make rays one by one faster (a sixth at 16) and packets slower.
 const LEAF: usize = 8;
@@ -43,7 +43,7 @@ const ALONE: u32 = 2;
 const CLUSTERED: usize = 10;
 
 /// Most levels of nodes: 16^7 is more than all primitives there can be.
-const LEVELS: usize = CLUSTERED + 7;
+pub(crate) const LEVELS: usize = CLUSTERED + 7;
 
 /// Most children waiting: all but one of each level's, and one.
 const STACK: usize = LEVELS * (FAN - 1) + 1;
@@ -56,11 +56,11 @@ const WIDER: f32 = 4.0 * f32::EPSILON;
 
 /// What the lowest bits of a child say: it is a node; or a leaf of balls, else of facets, and one less than
 /// how many. The other bits are the number of its node or first primitive.
-const INNER: u32 = 0x20;
+pub(crate) const INNER: u32 = 0x20;
 /// See [`INNER`].
 const BALLS: u32 = 0x10;
 /// How many bits that takes.
-const KIND_BITS: u32 = 6;
+pub(crate) const KIND_BITS: u32 = 6;
 
 /// Numbers that a leaf is read from: its own, and what lanes beyond the last primitive fall on.
 const WINDOW: usize = LEAF * FACET_NUMBERS + FAN;
@@ -71,11 +71,11 @@ const ROOT: u64 = 0;
 /// Sixteen children.
 #[derive(Clone)]
 #[repr(C, align(64))]
-struct Node {
+pub(crate) struct Node {
     /// Least x, y, z and largest x, y, z of each child's box; empty where there is no child.
-    planes: [[f32; FAN]; 6],
+    pub(crate) planes: [[f32; FAN]; 6],
     /// See [`INNER`].
-    child: [u32; FAN],
+    pub(crate) child: [u32; FAN],
 }
 
 impl Node {
@@ -118,9 +118,11 @@ struct Part {
 }
 
 /// The binary tree that the tree is made from.
-struct Binary<'a> {
+pub(crate) struct Binary<'a> {
     tree: Bvh2,
     boxes: &'a [Aabb],
+    /// Most primitives of a leaf.
+    leaf: usize,
     /// Primitives in the order of the leaves.
     order: Vec<u32>,
     /// First primitive and number of primitives of each node.
@@ -130,7 +132,8 @@ struct Binary<'a> {
 }
 
 impl<'a> Binary<'a> {
-    fn new(boxes: &'a [Aabb], first_ball: usize) -> Self {
+    /// Over boxes, at least one; those from `first_ball` on are not mixed with others in a leaf.
+    pub(crate) fn new(boxes: &'a [Aabb], first_ball: usize, leaf: usize) -> Self {
         let indices = (0..boxes.len() as u32).collect();
         let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
             PlocSearchDistance::Low,
@@ -167,7 +170,7 @@ impl<'a> Binary<'a> {
             balls += u32::from(id as usize >= first_ball);
         }
         balls_before.push(balls);
-        Self { tree, boxes, order, ranges, balls_before }
+        Self { tree, boxes, leaf, order, ranges, balls_before }
     }
 
     fn part(&self, node: u32) -> Part {
@@ -188,7 +191,7 @@ impl<'a> Binary<'a> {
     }
 
     fn may_be_leaf(&self, part: &Part) -> bool {
-        part.count <= LEAF && self.are_balls(part).is_some()
+        part.count <= self.leaf && self.are_balls(part).is_some()
     }
 
     /// Cuts a part in two.
@@ -224,6 +227,58 @@ impl<'a> Binary<'a> {
         }
         parts
     }
+
+    /// The nodes of sixteen children, the second one on top of all; the first one has that as its only child. `leaf` makes
+    /// a child of primitives, by their numbers, that are balls or not.
+    pub(crate) fn collapse(&self, mut leaf: impl FnMut(bool, &[u32]) -> u32) -> Vec<Node> {
+        let mut nodes = vec![Node::EMPTY, Node::EMPTY];
+        nodes[0].child[0] = 1 << KIND_BITS | INNER;
+        for axis in 0..3 {
+            nodes[0].planes[axis][0] = f32::NEG_INFINITY;
+            nodes[0].planes[axis + 3][0] = f32::INFINITY;
+        }
+        let mut todo = vec![(1, self.part(0), 1)];
+        while let Some((at, part, level)) = todo.pop() {
+            let follow = level < CLUSTERED;
+            let part = Part { node: part.node.filter(|_| follow), ..part };
+            let children = self.children(part);
+            let first_inner = todo.len();
+            for (i, child) in children.iter().enumerate() {
+                let [min, max] = padded(&child.bounds);
+                for axis in 0..3 {
+                    nodes[at].planes[axis][i] = min[axis];
+                    nodes[at].planes[axis + 3][i] = max[axis];
+                }
+                match self.are_balls(child).filter(|_| child.count <= self.leaf) {
+                    None => {
+                        nodes[at].child[i] = (nodes.len() as u32) << KIND_BITS | INNER;
+                        todo.push((nodes.len(), *child, level + 1));
+                        nodes.push(Node::EMPTY);
+                    }
+                    Some(balls) => {
+                        let ids = &self.order[child.first..child.first + child.count];
+                        nodes[at].child[i] = leaf(balls, ids);
+                    }
+                }
+            }
+            // The first one next: neighbours in space are neighbours in memory.
+            todo[first_inner..].reverse();
+        }
+        nodes
+    }
+}
+
+/// Box around a facet.
+pub(crate) fn facet_box(facet: &Facet) -> Aabb {
+    facet.corners().fold(Aabb::empty(), |mut bounds, p| {
+        bounds.extend(p.into());
+        bounds
+    })
+}
+
+/// Box around a ball.
+pub(crate) fn ball_box(ball: &Ball) -> Aabb {
+    Aabb::new(Vec3A::from(ball.center) - ball.radius, Vec3A::from(ball.center) + ball.radius)
 }
 
 /// The corners of a box, moved apart by two roundings of its largest coordinate: hits are computed, too. Boxes
@@ -237,80 +292,40 @@ fn padded(bounds: &Aabb) -> [Vec3; 2] {
 impl Tree {
     /// Builds the tree and puts the primitives, at least one, into its order.
     pub fn new(facets: &mut Vec<Facet>, balls: &mut Vec<Ball>) -> Self {
-        let facet_boxes = facets.iter().map(|f| {
-            f.corners().fold(Aabb::empty(), |mut b, p| {
-                b.extend(p.into());
-                b
-            })
-        });
-        let ball_boxes =
-            balls.iter().map(|b| Aabb::new(Vec3A::from(b.center) - b.radius, Vec3A::from(b.center) + b.radius));
-        let boxes: Vec<Aabb> = facet_boxes.chain(ball_boxes).collect();
-        let binary = Binary::new(&boxes, facets.len());
-
-        let mut tree = Self {
-            nodes: vec![Node::EMPTY, Node::EMPTY],
-            facets: Vec::new(),
-            balls: Vec::new(),
-            first_ball: facets.len() as u32,
-        };
-        tree.facets.reserve_exact(facets.len() * FACET_NUMBERS + WINDOW);
-        tree.balls.reserve_exact(balls.len() * BALL_NUMBERS + WINDOW);
+        let boxes: Vec<Aabb> = facets.iter().map(facet_box).chain(balls.iter().map(ball_box)).collect();
+        let binary = Binary::new(&boxes, facets.len(), LEAF);
+        let (mut facet_numbers, mut ball_numbers) = (Vec::new(), Vec::new());
+        facet_numbers.reserve_exact(facets.len() * FACET_NUMBERS + WINDOW);
+        ball_numbers.reserve_exact(balls.len() * BALL_NUMBERS + WINDOW);
         let (mut facet_order, mut ball_order) = (Vec::new(), Vec::new());
-        tree.nodes[0].child[0] = 1 << KIND_BITS | INNER;
-        for axis in 0..3 {
-            tree.nodes[0].planes[axis][0] = f32::NEG_INFINITY;
-            tree.nodes[0].planes[axis + 3][0] = f32::INFINITY;
-        }
-        let mut todo = vec![(1, binary.part(0), 1)];
-        while let Some((at, part, level)) = todo.pop() {
-            let follow = level < CLUSTERED;
-            let part = Part { node: part.node.filter(|_| follow), ..part };
-            let children = binary.children(part);
-            let first_inner = todo.len();
-            for (i, child) in children.iter().enumerate() {
-                let [min, max] = padded(&child.bounds);
+        let nodes = binary.collapse(|are_balls, ids| {
+            let kind = (ids.len() - 1) as u32;
+            if are_balls {
+                let first = ball_order.len();
+                ball_order.extend(ids.iter().map(|&id| balls[id as usize - facets.len()]));
+                let leaf: &[Ball] = &ball_order[first..];
                 for axis in 0..3 {
-                    tree.nodes[at].planes[axis][i] = min[axis];
-                    tree.nodes[at].planes[axis + 3][i] = max[axis];
+                    ball_numbers.extend(leaf.iter().map(|b| b.center[axis]));
                 }
-                let ids = &binary.order[child.first..child.first + child.count];
-                match binary.are_balls(child).filter(|_| child.count <= LEAF) {
-                    None => {
-                        tree.nodes[at].child[i] = (tree.nodes.len() as u32) << KIND_BITS | INNER;
-                        todo.push((tree.nodes.len(), *child, level + 1));
-                        tree.nodes.push(Node::EMPTY);
-                    }
-                    Some(false) => {
-                        let first = facet_order.len() as u32;
-                        tree.nodes[at].child[i] = first << KIND_BITS | (ids.len() - 1) as u32;
-                        facet_order.extend(ids.iter().map(|&id| facets[id as usize]));
-                        let leaf = &facet_order[facet_order.len() - ids.len()..];
-                        for number in 0..FACET_NUMBERS {
-                            tree.facets.extend(leaf.iter().map(|f: &Facet| f.numbers()[number]));
-                        }
-                    }
-                    Some(true) => {
-                        let first = ball_order.len() as u32;
-                        tree.nodes[at].child[i] = first << KIND_BITS | BALLS | (ids.len() - 1) as u32;
-                        ball_order.extend(ids.iter().map(|&id| balls[id as usize - facets.len()]));
-                        let leaf = &ball_order[ball_order.len() - ids.len()..];
-                        for axis in 0..3 {
-                            tree.balls.extend(leaf.iter().map(|b: &Ball| b.center[axis]));
-                        }
-                        tree.balls.extend(leaf.iter().map(|b| b.radius * b.radius));
-                    }
+                ball_numbers.extend(leaf.iter().map(|b| b.radius * b.radius));
+                (first as u32) << KIND_BITS | BALLS | kind
+            } else {
+                let first = facet_order.len();
+                facet_order.extend(ids.iter().map(|&id| facets[id as usize]));
+                let leaf: &[Facet] = &facet_order[first..];
+                for number in 0..FACET_NUMBERS {
+                    facet_numbers.extend(leaf.iter().map(|f| f.numbers()[number]));
                 }
+                (first as u32) << KIND_BITS | kind
             }
-            // The first one next: neighbours in space are neighbours in memory.
-            todo[first_inner..].reverse();
-        }
+        });
         // Lanes read beyond the last leaf.
-        tree.facets.extend([0.0; WINDOW]);
-        tree.balls.extend([0.0; WINDOW]);
+        facet_numbers.extend([0.0; WINDOW]);
+        ball_numbers.extend([0.0; WINDOW]);
+        let first_ball = facets.len() as u32;
         *facets = facet_order;
         *balls = ball_order;
-        tree
+        Self { nodes, facets: facet_numbers, balls: ball_numbers, first_ball }
     }
 
     /// Number of nodes.
@@ -367,7 +382,7 @@ fn child_of_key(key: u64) -> (usize, usize, f32) {
 
 /// `1 / d`, with zeros moved off zero so that no test multiplies zero by infinity.
 #[inline(always)]
-fn reciprocal<L: Lanes>(l: L, d: V3<L>) -> V3<L> {
+pub(crate) fn reciprocal<L: Lanes>(l: L, d: V3<L>) -> V3<L> {
     let tiny = l.f(1e-20);
     let one = l.f(1.0);
     V3 {
@@ -800,7 +815,7 @@ fn load<L: Lanes>(l: L, numbers: &[f32; WINDOW], n: usize, row: usize) -> V3<L> 
 
 /// Indices of the planes through which rays with these signs of direction enter a box, and leave it.
 #[inline(always)]
-fn near_and_far(signs: [bool; 3]) -> ([usize; 3], [usize; 3]) {
+pub(crate) fn near_and_far(signs: [bool; 3]) -> ([usize; 3], [usize; 3]) {
     let mut near = [0, 1, 2];
     let mut far = [3, 4, 5];
     for axis in 0..3 {

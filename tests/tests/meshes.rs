@@ -388,6 +388,31 @@ fn shared_geometry_gives_the_picture_of_a_fresh_build() {
     assert!(edit(&|s| s.camera.fov_deg = 30.0));
     assert!(edit(&|s| sphere(&mut s.shapes[1], 0.4)));
     assert!(edit(&|s| s.shapes[1].light.as_mut().expect("a light").radiance = Vec3::X));
+    // What patches see changes with the camera and the lights' shapes and materials, not with colours.
+    let veach = mislab_tests::experiment::veach();
+    let known = [Arc::new(BuiltScene::new(&veach, &settings).expect("the scene can be built"))];
+    // Asked of all patches.
+    picture(&known[0], &settings);
+    let edit_view = |settings: &Settings, change: &dyn Fn(&mut Scene)| {
+        let mut scene = veach.clone();
+        change(&mut scene);
+        let fresh = BuiltScene::new(&scene, settings).expect("the scene can be built");
+        let shared = BuiltScene::with_known(&scene, settings, &known).expect("the scene can be built");
+        assert!(picture(&shared, settings) == picture(&fresh, settings), "the same picture");
+        assert!(Arc::ptr_eq(&shared.geometry, &known[0].geometry), "shared geometry");
+        shared.sees_with(&known[0])
+    };
+    let light = veach.light_shapes().next().expect("there are lights");
+    assert!(edit_view(&settings, &|_| {}));
+    assert!(edit_view(&settings, &|s| *s.materials[0].bsdf.alpha_mut().expect("metal") = 0.3));
+    assert!(edit_view(&settings, &|s| s.shapes[light].light.as_mut().expect("a light").radiance = Vec3::X));
+    assert!(edit_view(&Settings { strategy: Strategy::Light, ..settings.clone() }, &|_| {}));
+    assert!(!edit_view(&settings, &|s| sphere(&mut s.shapes[light], 1.5)));
+    assert!(!edit_view(&settings, &|s| s.shapes[light].material = Some(0)));
+    assert!(!edit_view(&settings, &|s| s.camera.fov_deg = 30.0));
+    for resolution in [[96, 96], [48, 56], [56, 48]] {
+        assert!(!edit_view(&Settings { resolution, ..settings.clone() }, &|_| {}));
+    }
     // What changes the shapes, or which of them are lights, is built anew.
     assert!(!edit(&|s| s.shapes[1].light.as_mut().expect("a light").on = false));
     assert!(!edit(&|s| sphere(&mut s.shapes[2], 0.4)));
