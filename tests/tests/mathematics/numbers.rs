@@ -97,7 +97,36 @@ fn numbers_depend_on_nothing_but_their_names() {
             let numbers = once::draw(&mut only(Dimension::Light, &settings, 5, 9), index);
             let expected = once::draw(&mut at(&settings, 5, 9), index).get_2d(Dimension::Light);
             assert_eq!(numbers.get_2d(Dimension::Light), expected, "{settings:?}, sample {index} of one dimension");
-            assert_eq!(numbers.get_2d(Dimension::Bsdf), [0.0; 2], "not asked for");
+            for dimension in Dimension::ALL.into_iter().filter(|&other| other != Dimension::Light) {
+                assert_eq!(numbers.get_2d(dimension), [0.0; 2], "{dimension:?}: not asked for");
+            }
+        }
+    }
+}
+
+/// Those of a technique that is not asked for are left as they are.
+#[test]
+fn numbers_of_the_other_technique_are_left_alone() {
+    for settings in samplers() {
+        let all = once::draw(&mut at(&settings, 5, 9), 4);
+        for asked in [[true, true], [true, false], [false, true], [false, false]] {
+            let mut sampler = Sampler::new(&settings, ALL);
+            let mut pixels = Pixels::new(Single, key(5, 9));
+            sampler.start(4, 1);
+            sampler.enter(Single, once::patch(3, 5, 9));
+            sampler.turn(Single, &mut pixels);
+            let mut numbers = Numbers::nothing(Single);
+            sampler.draw(Single, Which { sample: 0, next: false }, &pixels, asked, &mut numbers);
+            let drawn = |dimension| match dimension {
+                Dimension::Pixel => true,
+                Dimension::Technique => false,
+                Dimension::LightChoice | Dimension::Light => asked[0],
+                Dimension::Lobe | Dimension::Bsdf => asked[1],
+            };
+            for dimension in Dimension::ALL {
+                let expected = if drawn(dimension) { all.get_2d(dimension) } else { [0.0; 2] };
+                assert_eq!(numbers.get_2d(dimension), expected, "{settings:?}, {dimension:?}, asked {asked:?}");
+            }
         }
     }
 }
@@ -531,6 +560,32 @@ fn strata_come_in_random_order() {
             .test(format!("{strata:?}"), chi_square(&firsts, &vec![f64::from(trials) / f64::from(n); n as usize], 5.0));
     }
     family.judge(6);
+}
+
+/// Whatever the order of its patch, a pixel is in every stratum equally often.
+#[test]
+fn pixels_of_a_patch_are_in_all_strata() {
+    let mut family = PValues::new("strata of one patch");
+    for strata in [[2, 3], [3, 4], [1, 5], [4, 4], [6, 6]] {
+        let (settings, n) = (stratified(strata, false), strata[0] * strata[1]);
+        for (patch, index) in [(77, 0), (12_345, n / 2)] {
+            let trials = 30_000;
+            let mut one = vec![0u32; n as usize];
+            let mut two = one.clone();
+            for trial in 0..trials {
+                let mut sampler = Draws::new(Single, &settings, ALL);
+                sampler.start(key(trial % 200, trial / 200), patch);
+                let numbers = once::draw(&mut sampler, index);
+                one[(numbers.get_1d(Dimension::Lobe) * n as f32) as usize] += 1;
+                let [x, y] = numbers.get_2d(Dimension::Pixel);
+                two[(x * strata[0] as f32) as usize + strata[0] as usize * (y * strata[1] as f32) as usize] += 1;
+            }
+            let expected = vec![f64::from(trials) / f64::from(n); n as usize];
+            family.test(format!("{strata:?}, one number"), chi_square(&one, &expected, 5.0));
+            family.test(format!("{strata:?}, two numbers"), chi_square(&two, &expected, 5.0));
+        }
+    }
+    family.judge(20);
 }
 
 /// From sample to sample, neighbours in a patch seldom move by the same number of strata, forwards or backwards: else

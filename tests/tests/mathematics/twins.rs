@@ -4,7 +4,7 @@
 use mislab_renderer::bsdf::Surface;
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::estimator::{Contribution, Reflected, reflected_radiance};
-use mislab_renderer::film::{BLOCK, Sample, Tile};
+use mislab_renderer::film::{BLOCK, Rest, Sample, Tile};
 use mislab_renderer::lanes::{Lanes, Mask, Real, Single, V3};
 use mislab_renderer::patch::Candidates;
 use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
@@ -144,6 +144,40 @@ fn samples_are_selected_as_a_whole() {
 fn add<L: Lanes>(tile: &mut Tile, l: L, lane: usize, index: u32, sample: &Sample<L>) -> u32 {
     let rest = tile.add(l, (0, lane), index, sample);
     tile.finish(l, (0, lane), index, &rest)
+}
+
+/// What is left of two samples is exchanged in some lanes, as if other samples had been added there.
+#[test]
+fn rests_of_samples_are_exchanged_lane_by_lane() {
+    let sample = |x: [f32; 2], emits: [bool; 2]| {
+        let part =
+            Contribution::<Two> { value: V3::all(Floats(x)), weight: Floats([1.0; 2]), carries: Truths([true; 2]) };
+        let emitted = V3::all(Floats([0, 1].map(|lane| if emits[lane] { 10.0 * x[lane] } else { 0.0 })));
+        Sample { reflected: Reflected { light: part, bsdf: part }, emitted, emits: Truths(emits) }
+    };
+    let new = || Tile::new(PixelRect { min: [0, 0], max: BLOCK }, Strategy::MisAll, None);
+    let at = (0, 4);
+    let truths = [[false, false], [true, false], [false, true], [true, true]];
+    for (swapped, (first, second)) in
+        truths.into_iter().flat_map(|m| truths.into_iter().flat_map(move |a| truths.map(|b| (m, (a, b)))))
+    {
+        for x in [[1.0, 2.0], [f32::NAN, 2.0], [1.0, f32::INFINITY]] {
+            let y = [3.0, 5.0];
+            let pick = |a: [f32; 2], b: [f32; 2]| [0, 1].map(|i| if swapped[i] { a[i] } else { b[i] });
+            let pick_truth = |a: [bool; 2], b: [bool; 2]| [0, 1].map(|i| if swapped[i] { a[i] } else { b[i] });
+            let (mut exchanged, mut expected) = (new(), new());
+            let [a, b] = [sample(x, first), sample(y, second)].map(|sample| exchanged.add(Two, at, 0, &sample));
+            let rest = Rest::select(Truths(swapped), &a, &b);
+            // The same sums of techniques.
+            for sample in [sample(x, first), sample(y, second)] {
+                expected.add(Two, at, 0, &sample);
+            }
+            let mixed = new().add(Two, at, 0, &sample(pick(x, y), pick_truth(first, second)));
+            let invalid = [exchanged.finish(Two, at, 0, &rest), expected.finish(Two, at, 0, &mixed)];
+            assert_eq!(invalid[0], invalid[1], "{swapped:?}, {first:?}, {second:?}, {x:?}: invalid samples");
+            assert!(exchanged == expected, "{swapped:?}, {first:?}, {second:?}, {x:?}");
+        }
+    }
 }
 
 /// Each lane is valid or not for itself.
