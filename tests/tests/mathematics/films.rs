@@ -5,7 +5,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::estimator::Contribution;
 use mislab_renderer::film::Tile;
@@ -13,8 +13,8 @@ use mislab_renderer::kernel::Lanewise;
 use mislab_renderer::lanes::Single;
 use mislab_renderer::sampler::Dimension;
 use mislab_renderer::{
-    Channel, Frame, Pace, Picture, PixelRect, Renderer, Request, SamplerKind, SamplerSettings, Scene, Settings, State,
-    Strategy, progressive,
+    Bsdf, Channel, Frame, Material, Pace, Picture, PixelRect, Renderer, Request, SamplerKind, SamplerSettings, Scene,
+    Settings, State, Strategy, progressive,
 };
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::veach;
@@ -238,6 +238,26 @@ fn samples_that_are_no_numbers_are_counted_and_left_out() {
         check(&scene, &settings, &frame);
     }
     assert!(unknown > 0, "no squares overflow");
+}
+
+/// What a light emits and what its surface reflects are one sample.
+#[test]
+fn lights_that_reflect_add_up() {
+    let mut scene = veach();
+    let chalk = scene.materials.len();
+    scene.materials.push(Material { name: "chalk".to_owned(), bsdf: Bsdf::Matte { kd: Vec3::splat(0.8) } });
+    // Dim, so that what the others' light adds matters.
+    for (i, shape) in scene.shapes.iter_mut().filter(|shape| shape.light.is_some()).enumerate() {
+        shape.material = Some(chalk);
+        if let Some(light) = &mut shape.light {
+            light.radiance *= if i == 1 { 1.0 } else { 1e-3 };
+        }
+    }
+    for strategy in Strategy::ALL {
+        let settings = settings(strategy, 5, [60, 60]);
+        let [.., lights] = check(&scene, &settings, &render(&scene, &settings));
+        assert!(lights > 20.0, "{}: {lights} pixels show a light", strategy.name());
+    }
 }
 
 fn wait(picture: &Picture, spp: u32, state: State) -> Arc<Frame> {

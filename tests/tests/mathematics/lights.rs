@@ -28,6 +28,10 @@ fn views() -> Vec<View> {
     for [a, b, c] in [[2.0, 4.0, 7.0], [4.0, 2.0, 7.0], [7.0, 4.0, 2.0], [2.0, 7.0, 4.0]] {
         let balls = [a, b, c].map(|distance| ball(ASLANT * distance, 0.1 * distance, false));
         views.push(View::new("three spheres in a row", Vec3::ZERO, balls.to_vec()));
+        // Seen from elsewhere than the origin, too.
+        let p = Vec3::new(3.0, -2.0, 1.0);
+        let balls = [a, b, c].map(|distance| ball(p + ASLANT * distance, 0.1 * distance, false));
+        views.push(View::new("three spheres in a row, elsewhere", p, balls.to_vec()));
     }
     for view in &mut views {
         let mut list = std::mem::take(&mut view.lights).list;
