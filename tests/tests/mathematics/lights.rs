@@ -33,6 +33,15 @@ fn views() -> Vec<View> {
         let balls = [a, b, c].map(|distance| ball(p + ASLANT * distance, 0.1 * distance, false));
         views.push(View::new("three spheres in a row, elsewhere", p, balls.to_vec()));
     }
+    // Around the point, and one ahead, before and after that in the list.
+    for balls in [[(0.5, 2.0), (5.0, 0.6)], [(5.0, 0.6), (0.5, 2.0)]] {
+        let balls = balls.map(|(distance, radius)| ball(ASLANT * distance, radius, radius > 1.0));
+        views.push(View::new("inside a sphere, another one ahead", Vec3::ZERO, balls.to_vec()));
+    }
+    // Spheres alone, more than are looked up and fewer than there is a tree over.
+    let around = |i: u32| Vec3::new(random(i, 1) - 0.5, random(i, 2) - 0.5, random(i, 3) - 0.5).normalize();
+    let balls = (0..40).map(|i| ball(around(i) * (3.0 + 5.0 * random(i, 4)), 0.2 + 0.8 * random(i, 5), false));
+    views.push(View::new("40 spheres", Vec3::ZERO, balls.collect()));
     for view in &mut views {
         let mut list = std::mem::take(&mut view.lights).list;
         for (i, light) in list.iter_mut().enumerate() {
