@@ -11,6 +11,7 @@ pub mod experiment;
 pub mod image;
 pub mod light_scenes;
 pub mod oracle;
+pub mod packets;
 pub mod pair;
 pub mod quadrature;
 pub mod statistics;

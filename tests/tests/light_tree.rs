@@ -4,11 +4,12 @@
 use glam::{DVec3, Vec3};
 use mislab_renderer::geometry::Geometry;
 use mislab_renderer::kernel::{Lanewise, Task};
-use mislab_renderer::lanes::{Lanes, PACKET, Real, Uint, V3};
+use mislab_renderer::lanes::{Lanes, PACKET, Real, Uint};
 use mislab_renderer::light::{Light, LightShape, Lights};
 use mislab_renderer::patch::{List, Patches};
 use mislab_tests::depth::depth;
 use mislab_tests::light_scenes::{ball, facet, random};
+use mislab_tests::packets::vector;
 
 /// Random numbers of one case.
 struct Random(u32, u32);
@@ -126,15 +127,6 @@ fn ray(lights: &[Light], random: &mut Random) -> Ray {
 type Answer = ([u32; 5], [u32; 5]);
 
 struct Ask<'a>(&'a Lights, &'a [Ray], &'a List);
-
-#[inline(always)]
-fn vector<L: Lanes>(l: L, v: &[Vec3; PACKET]) -> V3<L> {
-    let [mut x, mut y, mut z] = [[0.0; PACKET]; 3];
-    for i in 0..PACKET {
-        (x[i], y[i], z[i]) = (v[i].x, v[i].y, v[i].z);
-    }
-    V3 { x: l.load(&x), y: l.load(&y), z: l.load(&z) }
-}
 
 impl Task for Ask<'_> {
     type Output = Vec<Answer>;

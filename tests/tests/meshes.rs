@@ -8,12 +8,13 @@ use mislab_renderer::build::BuiltScene;
 use mislab_renderer::film::Tile;
 use mislab_renderer::geometry::Geometry;
 use mislab_renderer::kernel::{Lanewise, Task, render_tile};
-use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
+use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, Uint};
 use mislab_renderer::patch::{List, Patches};
 use mislab_renderer::shape::{Ball, Facet};
 use mislab_renderer::{Bsdf, Light, Material, PixelRect, Scene, Settings, Shape, Strategy};
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::camera;
+use mislab_tests::packets::vector;
 
 /// Numbers in [0, 1) from a counter (SplitMix64).
 struct Random(u64);
@@ -171,15 +172,6 @@ type Answer = (u32, u32, bool);
 
 /// Asks the tree about rays, `L::N` at a time.
 struct AskTree<'a>(&'a Geometry, &'a [Ray], &'a List);
-
-#[inline(always)]
-fn vector<L: Lanes>(l: L, v: &[Vec3; PACKET]) -> V3<L> {
-    let [mut x, mut y, mut z] = [[0.0; PACKET]; 3];
-    for i in 0..PACKET {
-        (x[i], y[i], z[i]) = (v[i].x, v[i].y, v[i].z);
-    }
-    V3 { x: l.load(&x), y: l.load(&y), z: l.load(&z) }
-}
 
 impl Task for AskTree<'_> {
     type Output = Vec<Answer>;
