@@ -305,8 +305,8 @@ impl Sampler {
 
     /// True where the strata of a dimension are not visited in random order, but so that any 2^k successive samples from a
     /// multiple of 2^k on, of all strata in a row, are as far apart as can be: the techniques of the one-sample model then
-    /// alternate, which leaves less noise than if luck decided which one comes how often, and lets the kernel work on
-    /// pairs of samples that have one of each.
+    /// alternate, so that luck does not decide which one comes how often, and the kernel can work on pairs of samples that
+    /// have one of each.
     #[inline(always)]
     fn alternates(&self, dimension: Dimension) -> bool {
         dimension == Dimension::Technique && self.strata.n.is_power_of_two()
