@@ -74,8 +74,10 @@ impl Opaque {
 pub struct CameraHit<'a, L: Lanes> {
     /// True where there is a surface that may reflect.
     pub surface: L::M,
-    /// Which shape it belongs to, see [`BuiltScene::material`].
-    pub shape: L::U,
+    /// Which shape it belongs to, see [`BuiltScene::material`], in the first of these lanes.
+    pub first: u32,
+    /// And in each lane; `None` if it is the same in all.
+    pub shapes: Option<L::U>,
     /// The points met, made of what that of the shape is made of.
     pub points: Surface<'a, L>,
     /// Radiance of a light met directly, 0 elsewhere.
@@ -232,7 +234,8 @@ impl BuiltScene {
             let p = dir.scale_add(facet.distance(l, origin, dir), origin);
             return CameraHit {
                 surface: l.m(true),
-                shape: l.u(facet.shape),
+                first: facet.shape,
+                shapes: None,
                 points: on_facet(l, facet, p, dir),
                 emitted: V3::all(zero),
                 emits: l.m(false),
@@ -248,26 +251,27 @@ impl BuiltScene {
         let id = is_light.select_u(light + l.u(self.geometry.len() as u32), hit.id);
         let surface = hit.t.lt(l.f(f32::INFINITY)) & !is_light;
         let surface = if self.lights_scatter { surface | is_light } else { surface };
-        let (shape, points) = self.points(l, id, surface, p, dir);
-        CameraHit { surface, shape, points, emitted, emits }
+        let (first, shapes, points) = self.points(l, id, surface, p, dir);
+        CameraHit { surface, first, shapes, points, emitted, emits }
     }
 
-    /// The points `p` that rays in directions `dir` met on the primitives with these numbers, and the shapes that those
-    /// belong to. Most packets meet one primitive; in a fine mesh every ray may meet another.
+    /// The shapes (see [`CameraHit`]) and the points `p` that rays in directions `dir` met on the primitives with these
+    /// numbers. Most packets meet one primitive; in a fine mesh every ray may meet another.
     #[inline(always)]
-    fn points<L: Lanes>(&self, l: L, id: L::U, met: L::M, p: V3<L>, dir: V3<L>) -> (L::U, Surface<'_, L>) {
+    fn points<L: Lanes>(&self, l: L, id: L::U, met: L::M, p: V3<L>, dir: V3<L>) -> (u32, Option<L::U>, Surface<'_, L>) {
         let mut ids = [0; PACKET];
         id.store(&mut ids);
         let mut todo = met.bits();
-        let first = ids[todo.trailing_zeros() as usize % PACKET];
+        let lane = todo.trailing_zeros() as usize % PACKET;
+        let first = ids[lane];
         if (id.eq(l.u(first)) | !met).all() {
             return match self.primitive(first) {
-                Some(Primitive::Facet(facet)) => (l.u(facet.shape), on_facet(l, facet, p, dir)),
+                Some(Primitive::Facet(facet)) => (facet.shape, None, on_facet(l, facet, p, dir)),
                 Some(Primitive::Ball(ball)) => {
                     let n = (p - V3::splat(l, ball.center)).normalize(l);
-                    (l.u(ball.shape), Surface::new(l, p, n, dir, &Material::BLACK))
+                    (ball.shape, None, Surface::new(l, p, n, dir, &Material::BLACK))
                 }
-                None => (l.u(0), Surface::new(l, p, -dir, dir, &Material::BLACK)),
+                None => (0, None, Surface::new(l, p, -dir, dir, &Material::BLACK)),
             };
         }
         // By lane: normal of a facet or centre of a ball.
@@ -294,7 +298,7 @@ impl BuiltScene {
         if balls != 0 {
             n = V3::select(l.mask(balls), (p - n).normalize(l), n);
         }
-        (l.load_u(&shapes), Surface::new(l, p, n, dir, &Material::BLACK))
+        (shapes[lane], Some(l.load_u(&shapes)), Surface::new(l, p, n, dir, &Material::BLACK))
     }
 
     /// The primitive with that number: facets, balls, lights.

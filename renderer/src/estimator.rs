@@ -124,29 +124,30 @@ pub fn reflected_radiance<L: Lanes>(
     near: &Candidates,
     reflected: &mut Reflected<L>,
 ) {
-    for ray in 0..settings.strategy.rays_per_sample() {
-        let draw = draw(l, scene, settings, s, wo, random, ray);
+    let by_light = match settings.strategy {
+        Strategy::Light | Strategy::MisAll => l.m(true),
+        Strategy::Bsdf => l.m(false),
+        Strategy::Mis => drawn_by_light(l, settings, random.get_1d(Dimension::Technique)),
+    };
+    let draw = draw(l, scene, s, wo, random, by_light);
+    follow(l, scene, settings, (here, s, wo), &draw, near, reflected);
+    if settings.strategy == Strategy::MisAll {
+        let draw = self::draw(l, scene, s, wo, random, l.m(false));
         follow(l, scene, settings, (here, s, wo), &draw, near, reflected);
     }
 }
 
-/// Draws the direction of secondary ray number `ray` (of `strategy.rays_per_sample()`) from the surface `s`.
+/// Draws the direction of a secondary ray from the surface `s`: by the light technique where true, by the BSDF technique
+/// elsewhere.
 #[inline(always)]
 fn draw<L: Lanes>(
     l: L,
     scene: &BuiltScene,
-    settings: &Settings,
     s: &Surface<'_, L>,
     wo: V3<L>,
     random: &Numbers<L>,
-    ray: u32,
+    by_light: L::M,
 ) -> Draw<L> {
-    let by_light = match settings.strategy {
-        Strategy::Light => l.m(true),
-        Strategy::Bsdf => l.m(false),
-        Strategy::MisAll => l.m(ray == 0),
-        Strategy::Mis => drawn_by_light(l, settings, random.get_1d(Dimension::Technique)),
-    };
     let mut draw = Draw { wi: s.n, by_light, valid: l.m(false), dirac: l.m(false) };
     if by_light.any() {
         (draw.wi, draw.valid) = scene.lights.sample(l, s.p, random);
@@ -183,12 +184,14 @@ fn follow<L: Lanes>(
     // Everything that follows is about the technique that drew the direction.
     let by_light = draw.by_light;
     let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
-    let (p, c) = (by_light.select(x.p.light, x.p.bsdf), by_light.select(l.f(c_light), l.f(c_bsdf)));
-    let weight = match settings.strategy {
-        Strategy::Light | Strategy::Bsdf => one,
+    let (weight, mut over) = match settings.strategy {
+        Strategy::Light | Strategy::Bsdf => (one, one / a),
         Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),
     };
-    let sample = contribution(l, &x, weight, c, p);
+    if settings.weights == OneSampleWeights::Tutorial {
+        over = over * by_light.select(l.f(1.0 / c_light), l.f(1.0 / c_bsdf));
+    }
+    let sample = contribution(l, &x, weight, over, a);
     // A technique draws at most one of the rays.
     let (light, bsdf) = (here & by_light, here & !by_light);
     if light.any() {
@@ -229,13 +232,16 @@ fn candidate<L: Lanes>(
     Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p }
 }
 
-/// `w f / (c p)`: `c` is the probability of the technique (one-sample model) or, with one sample of
-/// each, 1. Lanes where nothing was met are selected away, since 0 times NaN is NaN.
+/// `w f / (c p)`, where `over` is `w / (c p)`: `c` is the probability of the technique (one-sample model) or, with one
+/// sample of each, 1. Lanes where nothing was met are selected away, since 0 times NaN is NaN; `a` is 0 where the
+/// density is.
 #[inline(always)]
-fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, c: L::F, p: L::F) -> Contribution<L> {
+fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, over: L::F, a: L::F) -> Contribution<L> {
     let zero = l.f(0.0);
-    let carries = !p.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
-    // Not `weight / (c p)`: this way the division need not wait for those of the weight.
-    let value = x.f * (weight * (l.f(1.0) / (c * p)));
-    Contribution { value: V3::select(carries, value, V3::all(zero)), weight: carries.select(weight, zero), carries }
+    let carries = !a.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
+    Contribution {
+        value: V3::select(carries, x.f * over, V3::all(zero)),
+        weight: carries.select(weight, zero),
+        carries,
+    }
 }

@@ -103,29 +103,35 @@ pub trait Task {
 
 /// Adds `count` samples to every pixel of the tile; returns how many were invalid.
 pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
-    how.run(AddSamples { scene, settings, tile, count })
+    match settings.strategy {
+        Strategy::Light => how.run(AddSamples::<{ Strategy::Light as usize }> { scene, settings, tile, count }),
+        Strategy::Bsdf => how.run(AddSamples::<{ Strategy::Bsdf as usize }> { scene, settings, tile, count }),
+        Strategy::MisAll => how.run(AddSamples::<{ Strategy::MisAll as usize }> { scene, settings, tile, count }),
+        Strategy::Mis => how.run(AddSamples::<{ Strategy::Mis as usize }> { scene, settings, tile, count }),
+    }
 }
 
-struct AddSamples<'a> {
+/// Compiled once for each strategy, a number into [`Strategy::ALL`]: what a strategy does not do then costs nothing.
+struct AddSamples<'a, const STRATEGY: usize> {
     scene: &'a BuiltScene,
     settings: &'a Settings,
     tile: &'a mut Tile,
     count: u32,
 }
 
-impl Task for AddSamples<'_> {
+impl<const STRATEGY: usize> Task for AddSamples<'_, STRATEGY> {
     type Output = u64;
 
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) -> u64 {
-        add_samples(l, self.scene, self.settings, self.tile, self.count)
+        let settings = Settings { strategy: Strategy::ALL[STRATEGY], ..self.settings.clone() };
+        add_samples(l, self.scene, &settings, self.tile, self.count)
     }
 }
 
 #[inline(always)]
 fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
     let mut invalid = 0;
-    let settings = &settings.clone();
     let wanted = Dimension::wanted(settings.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
     let mut sampler = Sampler::new(&settings.sampler, wanted);
     let one_sample = settings.strategy == Strategy::Mis;
@@ -265,15 +271,19 @@ fn sample<L: Lanes>(
     let mut reflected = Reflected::nothing(l);
     // Packets are small patches of the image: nearly always all lanes meet the same shape. Where
     // not, there is one round for each shape met.
-    let mut todo = hit.surface;
+    let (mut todo, mut shape) = (hit.surface, hit.first);
     while todo.any() {
-        let shape = hit.shape.lane(todo.bits().trailing_zeros() as usize);
-        let here = todo & hit.shape.eq(l.u(shape));
-        todo = todo & !here;
+        let mut here = todo;
+        if let Some(shapes) = hit.shapes {
+            here = here & shapes.eq(l.u(shape));
+        }
         if let Some(material) = scene.material(shape) {
             let surface = Surface { material, ..hit.points };
             reflected_radiance(l, scene, settings, (here, &surface, -dir), random, near, &mut reflected);
         }
+        let Some(shapes) = hit.shapes else { break };
+        todo = todo & !here;
+        shape = shapes.lane(todo.bits().trailing_zeros() as usize % L::N);
     }
     Sample { reflected, emitted: hit.emitted, emits: hit.emits }
 }

@@ -537,17 +537,19 @@ impl Lights {
     #[inline(always)]
     fn only_ball<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, distances: bool) -> (Sight<L>, L::M) {
         let zero = l.f(0.0);
-        let (mut met, mut doubtful) = (l.m(false), l.m(false));
+        // Counted rather than remembered as a mask: a mask that a loop carries along wanders in and out of the scalar unit.
+        let mut times = l.u(0);
+        let mut around = l.m(false);
         let (mut along, mut half2, mut x, mut place) = (zero, zero, zero, l.u(0));
         for light in &self.balls {
             let BallLightLanes { ball, curvature2, .. } = BallLightLanes::splat(l, &light.ball);
             let chord = chord(l, &ball, curvature2, p, wi, self.clear);
-            doubtful = doubtful | chord.inside | (met & chord.met);
-            met = met | chord.met;
+            times = chord.met.select_u(times + l.u(1), times);
             if self.clear {
                 along = chord.met.select(chord.along, along);
                 half2 = chord.met.select(chord.half2, half2);
             } else {
+                around = around | chord.inside;
                 x = chord.met.select(chord.x, x);
                 if distances {
                     along = chord.met.select(chord.along, along);
@@ -565,7 +567,8 @@ impl Lights {
         }
         let pdf = place.eq(l.u(0)).select(zero, density_from_outside(l, x));
         let t = if distances { (along - half2.max(zero).sqrt()).max(zero) } else { zero };
-        (Sight { pdf, t: met.select(t, l.f(f32::INFINITY)), radiance }, doubtful)
+        let sight = Sight { pdf, t: times.eq(l.u(0)).select(l.f(f32::INFINITY), t), radiance };
+        (sight, around | l.u(1).lt(times))
     }
 }
 

@@ -57,8 +57,8 @@ impl Task for Directions<'_> {
             for (a, b) in [(p_light, p_bsdf), (c * p_light, (l.f(1.0) - c) * p_bsdf)] {
                 let some = !(a.le(l.f(0.0)) & b.le(l.f(0.0)));
                 for heuristic in Heuristic::ALL {
-                    let w_a = mis::weight(l, heuristic, a, b, l.m(true));
-                    let w_b = mis::weight(l, heuristic, b, a, l.m(false));
+                    let (w_a, _) = mis::weight(l, heuristic, a, b, l.m(true));
+                    let (w_b, _) = mis::weight(l, heuristic, b, a, l.m(false));
                     let off = (w_a + w_b - 1.0).abs();
                     let sound = w_a.ge(l.f(0.0)) & w_b.ge(l.f(0.0)) & off.le(l.f(ULPS));
                     let bad = (some & !sound).bits();

@@ -278,7 +278,7 @@ fn every_contribution_is_weight_times_integrand_over_density() {
             let Some(surface) = once::surface(&built, &hit) else { continue };
             let wo = -dir;
             // The shape that was met, by the renderer's own account; its material by the scene's.
-            let lobes = world.lobes(scene.shapes[hit.shape.0 as usize].material);
+            let lobes = world.lobes(scene.shapes[hit.first as usize].material);
             let place = Place {
                 world: &world,
                 lobes: &lobes,

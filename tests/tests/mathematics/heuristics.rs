@@ -8,7 +8,7 @@ const ULPS: f32 = 4.0 * f32::EPSILON;
 
 /// Both weights, with the technique that wins ties first.
 fn weights(heuristic: Heuristic, a: f32, b: f32) -> [f32; 2] {
-    [mis::weight(Single, heuristic, a, b, true), mis::weight(Single, heuristic, b, a, false)]
+    [mis::weight(Single, heuristic, a, b, true).0, mis::weight(Single, heuristic, b, a, false).0]
 }
 
 fn assert_sound([a, b]: [f32; 2], what: impl Fn() -> String) {

@@ -87,7 +87,7 @@ pub fn camera_hit<'a>(scene: &'a BuiltScene, dir: V3<Single>, near: &Candidates)
 
 /// What was met there, if it scatters.
 pub fn surface<'a>(scene: &'a BuiltScene, hit: &CameraHit<'a, Single>) -> Option<Surface<'a, Single>> {
-    scene.material(hit.shape.0).map(|material| Surface { material, ..hit.points })
+    scene.material(hit.first).map(|material| Surface { material, ..hit.points })
 }
 
 #[inline(never)]

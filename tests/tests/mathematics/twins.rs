@@ -68,20 +68,21 @@ fn samples_of_two_pixels() {
                 let dir = built.camera.direction(Single, x2.0[lane], y as f32 + 0.5);
                 (dir, once::camera_hit(&built, dir, &near))
             });
+            let shapes = [0, 1].map(|lane| hit.shapes.map_or(hit.first, |shapes| shapes.0[lane]));
             for (lane, (_, one)) in each.iter().enumerate() {
                 let found = (hit.surface.0[lane], hit.emits.0[lane], vector(hit.emitted, lane));
                 let what = format!("{name}, pixel {x} + {lane}, {y}");
                 assert_eq!(found, (one.surface, one.emits, vector(one.emitted, 0)), "{what}");
                 if one.surface {
-                    let found = (hit.shape.0[lane], vector(hit.points.p, lane), vector(hit.points.n, lane));
-                    let alone = (one.shape.0, vector(one.points.p, 0), vector(one.points.n, 0));
+                    let found = (shapes[lane], vector(hit.points.p, lane), vector(hit.points.n, lane));
+                    let alone = (one.first, vector(one.points.p, 0), vector(one.points.n, 0));
                     assert_eq!(found, alone, "{what}");
                 }
             }
-            if !hit.surface.all() || hit.shape.0[0] != hit.shape.0[1] {
+            if !hit.surface.all() || shapes[0] != shapes[1] {
                 continue;
             }
-            let Some(material) = built.material(hit.shape.0[0]) else { continue };
+            let Some(material) = built.material(shapes[0]) else { continue };
             let surface = Surface { material, ..hit.points };
             for (i, settings) in all.iter().enumerate() {
                 // Samplers in turn.
