@@ -1,5 +1,6 @@
 //! The window, driven by label and role as a user or a screen reader would: every control once.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -396,11 +397,14 @@ fn a_drag_is_one_step_of_undo() {
 #[test]
 fn an_old_picture_is_never_passed_off_as_the_new_one() {
     let mut lab = Lab::new();
+    let mut strategies = HashMap::new();
     for key in [Key::Num1, Key::Num2, Key::Num3] {
         lab.harness.key_press(key);
         for _ in 0..4 {
+            strategies.insert(lab.app().engine().generation(), lab.document().settings.strategy);
             lab.harness.step();
-            let shown = lab.app().engine().frame().expect("there is a picture").request().settings.strategy;
+            strategies.insert(lab.app().engine().generation(), lab.document().settings.strategy);
+            let shown = strategies[&lab.app().engine().shown().expect("there is a picture")];
             let name =
                 ["Light", "BSDF", "MIS, both", "MIS, one"][Strategy::ALL.iter().position(|s| *s == shown).unwrap()];
             assert!(lab.has(&format!("Caption: {name}")), "the caption is about the picture on screen");

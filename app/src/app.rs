@@ -199,7 +199,7 @@ impl MisLabApp {
             Command::Normalise => {
                 if let Some(frame) = self.engine.frame() {
                     let before = self.document.clone();
-                    self.document.view.normalise(frame);
+                    self.document.view.normalise(&frame);
                     if self.document != before {
                         self.history.record(before, crate::document::EditKey("normalise", 0));
                         self.history.end_gesture();
@@ -231,14 +231,14 @@ impl MisLabApp {
             Command::ChooseFolder => self.files.pick_folder(self.prefs.save.folder.clone()),
             Command::CopyPicture => {
                 if let Some(frame) = self.engine.frame() {
-                    let (w, h, rgba) = render_to_rgba8(frame, &self.document.view, ctx.theme() == egui::Theme::Dark);
+                    let (w, h, rgba) = render_to_rgba8(&frame, &self.document.view, ctx.theme() == egui::Theme::Dark);
                     ctx.copy_image(egui::ColorImage::from_rgba_unmultiplied([w as usize, h as usize], &rgba));
                     self.say("The picture is on the clipboard.");
                 }
             }
             Command::CopyValues => {
                 if let (Some(frame), Some(pixel)) = (self.engine.frame(), self.pixel) {
-                    ctx.copy_text(crate::panel::caption::pixel_table(frame, pixel));
+                    ctx.copy_text(crate::panel::caption::pixel_table(&frame, pixel));
                     self.say("The values of the pixel are on the clipboard.");
                 }
             }
@@ -316,7 +316,7 @@ impl MisLabApp {
             stem => stem.to_owned(),
         };
         self.files.save(SaveJob {
-            frame: frame.clone(),
+            frame,
             view: self.document.view.clone(),
             dark: ctx.theme() == egui::Theme::Dark,
             folder: self.prefs.save.folder.clone(),
@@ -375,7 +375,6 @@ impl MisLabApp {
             self.viewport = Viewport::new(None);
             self.gpu_error = Some(message);
         }
-        self.engine.poll();
     }
 
     /// Hands the renderer what the commands of this pass have made of the document.
@@ -408,6 +407,7 @@ impl eframe::App for MisLabApp {
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.engine.hold();
         let mut commands = crate::keys::pressed(ui.ctx());
         crate::layout::window_ui(self, ui, &mut commands);
         let ctx = ui.ctx().clone();
@@ -415,6 +415,7 @@ impl eframe::App for MisLabApp {
             self.apply(&ctx, command);
         }
         self.submit(&ctx);
+        self.engine.release();
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

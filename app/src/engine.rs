@@ -19,7 +19,10 @@ pub struct Engine {
     submitted: Option<Request>,
     generation: u64,
     changed_at: Instant,
+    /// Held during a pass of the window only: the room of a frame that nobody holds goes to the next one.
     frame: Option<Arc<Frame>>,
+    /// Generation of the frame on screen.
+    shown: Option<u64>,
     pace: Pace,
 }
 
@@ -37,6 +40,7 @@ impl Engine {
             generation: 0,
             changed_at: Instant::now(),
             frame: None,
+            shown: None,
             pace: Pace::Full,
         }
     }
@@ -83,27 +87,37 @@ impl Engine {
         }
     }
 
-    /// Takes the newest frame. Returns whether it is a new one.
-    pub fn poll(&mut self) -> bool {
-        let Some(latest) = self.picture.as_ref().and_then(Picture::latest) else { return false };
-        let new = self.frame.as_ref().is_none_or(|old| !Arc::ptr_eq(old, &latest));
-        self.frame = Some(latest);
-        new
+    /// Takes the newest frame for a pass of the window, unless it holds one.
+    pub fn hold(&mut self) {
+        if self.frame.is_none() {
+            self.frame = self.picture.as_ref().and_then(Picture::latest);
+            self.shown = self.frame.as_ref().map(|frame| frame.generation());
+        }
     }
 
-    /// The newest complete frame, perhaps of older settings.
-    pub fn frame(&self) -> Option<&Arc<Frame>> {
-        self.frame.as_ref()
+    /// Gives it back: the pass is over.
+    pub fn release(&mut self) {
+        self.frame = None;
     }
 
-    /// The newest frame, if it was made with the current settings.
-    pub fn current_frame(&self) -> Option<&Arc<Frame>> {
-        self.frame.as_ref().filter(|frame| frame.generation() == self.generation)
+    /// The frame of this pass or, between passes, the newest one; perhaps of older settings.
+    pub fn frame(&self) -> Option<Arc<Frame>> {
+        self.frame.clone().or_else(|| self.picture.as_ref().and_then(Picture::latest))
+    }
+
+    /// The same, if it was made with the current settings.
+    pub fn current_frame(&self) -> Option<Arc<Frame>> {
+        self.frame().filter(|frame| frame.generation() == self.generation)
+    }
+
+    /// Generation of the frame on screen.
+    pub fn shown(&self) -> Option<u64> {
+        self.shown
     }
 
     /// Whether the frame on screen is of older settings.
     pub fn is_behind(&self) -> bool {
-        self.frame.is_some() && self.current_frame().is_none()
+        self.shown.is_some_and(|generation| generation != self.generation)
     }
 
     /// How long until an old picture must be marked as one; `None` if there is nothing to mark.

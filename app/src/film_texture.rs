@@ -2,7 +2,7 @@
 
 use std::future::Future;
 use std::pin::pin;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 use std::task::{Context, Poll, Waker};
 
 use eframe::egui_wgpu::{self, CallbackResources, CallbackTrait, ScreenDescriptor, wgpu};
@@ -90,8 +90,8 @@ pub struct FilmTexture {
 struct Film {
     texture: wgpu::Texture,
     bind_group: wgpu::BindGroup,
-    /// What the texture holds; kept so that its address stays its own.
-    planes: Option<Arc<Planes>>,
+    /// What the texture holds, which may be gone.
+    planes: Weak<Planes>,
 }
 
 impl FilmTexture {
@@ -152,9 +152,9 @@ impl FilmTexture {
             self.film = Some(self.allocate(size)?);
         }
         let film = self.film.as_mut()?;
-        if !film.planes.as_ref().is_some_and(|held| Arc::ptr_eq(held, planes)) {
+        if Weak::as_ptr(&film.planes) != Arc::as_ptr(planes) {
             upload(&self.queue, &film.texture, planes);
-            film.planes = Some(planes.clone());
+            film.planes = Arc::downgrade(planes);
         }
         Some(Painter {
             pipeline: self.pipeline.clone(),
@@ -189,7 +189,7 @@ impl FilmTexture {
                     wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&self.tables) },
                 ],
             });
-            Film { texture, bind_group, planes: None }
+            Film { texture, bind_group, planes: Weak::new() }
         })
     }
 }

@@ -74,9 +74,17 @@ fn status_bar(app: &MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     Panel::bottom("status bar").exact_size(36.0).frame(bar_frame(ui)).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0 * GRID;
-            let frame = app.engine.current_frame().map(AsRef::as_ref);
+            let frame = app.engine.current_frame();
             let document = &app.document;
-            status::status_ui(ui, frame, &document.settings, &document.view, &status, app.engine.threads(), out);
+            status::status_ui(
+                ui,
+                frame.as_deref(),
+                &document.settings,
+                &document.view,
+                &status,
+                app.engine.threads(),
+                out,
+            );
         });
     });
 }
@@ -113,15 +121,15 @@ fn caption_strip(app: &MisLabApp, ui: &mut Ui) {
     let height = if scale == TypeScale::Hall { 52.0 } else { 30.0 };
     Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
-            let frame = app.engine.frame().map(AsRef::as_ref);
-            caption::caption_ui(ui, frame, app.engine.is_behind(), scale);
+            let frame = app.engine.frame();
+            caption::caption_ui(ui, frame.as_deref(), app.engine.is_behind(), scale);
         });
     });
 }
 
 fn picture(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     let dark = ui.visuals().dark_mode;
-    let frame = app.engine.frame().cloned();
+    let frame = app.engine.frame();
     if let Some(frame) = &frame
         && app.prefs.panels
     {

@@ -1,7 +1,6 @@
 //! Small pictures of the plates, cut from the live picture.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use eframe::egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
@@ -20,14 +19,14 @@ const INTERVAL: Duration = Duration::from_millis(150);
 #[derive(Default)]
 pub struct Swatches {
     textures: HashMap<Target, TextureHandle>,
-    key: Option<(usize, f32, f32, ToneMap)>,
+    key: Option<(u64, u32, f32, f32, ToneMap)>,
     made: Option<Instant>,
 }
 
 impl Swatches {
     /// Brings them up to date with the frame on screen.
-    pub fn update(&mut self, ctx: &Context, frame: &Arc<Frame>, view: &ViewState) {
-        let key = (Arc::as_ptr(frame) as usize, view.exposure_ev, view.offset, view.tone_map);
+    pub fn update(&mut self, ctx: &Context, frame: &Frame, view: &ViewState) {
+        let key = (frame.generation(), frame.spp(), view.exposure_ev, view.offset, view.tone_map);
         if self.key == Some(key) {
             return;
         }

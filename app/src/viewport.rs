@@ -1,6 +1,6 @@
 //! The picture on screen: drawing, zoom, pan, values of pixels.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Role, Sense, emath::GuiRounding, pos2, vec2};
 use eframe::egui_wgpu;
@@ -23,8 +23,8 @@ const SCROLL_PER_DOUBLING: f32 = 120.0;
 pub struct Viewport {
     gpu: Option<FilmTexture>,
     cpu: Option<CpuPicture>,
-    /// The layer last taken from a frame.
-    planes: Option<(Arc<Frame>, Arc<Planes>)>,
+    /// The layer last taken from a frame, which may be gone.
+    planes: Option<(Weak<Frame>, Arc<Planes>)>,
 }
 
 /// A picture drawn without the shader, and what it was drawn from.
@@ -116,10 +116,14 @@ impl Viewport {
     /// The layer of the frame, taken out of it only when frame or layer changed.
     fn planes_of(&mut self, frame: &Arc<Frame>, layer: Layer) -> Arc<Planes> {
         match &self.planes {
-            Some((held, planes)) if Arc::ptr_eq(held, frame) && planes.layer() == layer => planes.clone(),
+            Some((from, planes)) if Weak::as_ptr(from) == Arc::as_ptr(frame) && planes.layer() == layer => {
+                planes.clone()
+            }
             _ => {
+                // The old ones go first: no need for both at a time.
+                self.planes = None;
                 let planes = Arc::new(Planes::from_frame(frame, layer));
-                self.planes = Some((frame.clone(), planes.clone()));
+                self.planes = Some((Arc::downgrade(frame), planes.clone()));
                 planes
             }
         }

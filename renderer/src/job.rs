@@ -15,6 +15,8 @@ const SLICE: f64 = 2e-3;
 /// Shortest time between two frames of a picture, in seconds, once the first few are out. Noise melts
 /// smoothly at this rate; more frames would take the time of samples where the window is drawn in software.
 const FRAME_INTERVAL: f64 = 1.0 / 30.0;
+/// Longest time that a frame waits for the last one to be drawn, in seconds.
+const PATIENCE: f64 = 0.1;
 /// Samples per pixel up to which every pass is a frame.
 const FIRST_FRAMES: u32 = 4;
 
@@ -84,8 +86,8 @@ impl Job {
         fitting.min(left)
     }
 
-    /// Counts a tile in. `Some` at the end of a pass, with the totals if a frame is due.
-    pub(crate) fn finish_tile(&mut self) -> Option<Option<FrameStats>> {
+    /// Counts a tile in. `Some` at the end of a pass, with the totals if a frame is due; it may `wait` for a while.
+    pub(crate) fn finish_tile(&mut self, wait: bool) -> Option<Option<FrameStats>> {
         let pass = self.pass.as_mut()?;
         pass.done += 1;
         if pass.done < self.rects.len() {
@@ -95,8 +97,9 @@ impl Job {
         let now = Instant::now();
         self.render_seconds += (now - pass.start).as_secs_f64();
         self.pass = None;
-        let due = self.samples <= FIRST_FRAMES
-            || self.last_publish.is_none_or(|last| (now - last).as_secs_f64() >= FRAME_INTERVAL);
+        let since = self.last_publish.map_or(f64::INFINITY, |last| (now - last).as_secs_f64());
+        let due = self.samples <= FIRST_FRAMES || since >= FRAME_INTERVAL;
+        let due = due && !(wait && since < PATIENCE);
         Some((due || self.finished()).then(|| {
             self.last_publish = Some(now);
             self.published = self.samples;

@@ -137,8 +137,14 @@ struct PictureState {
 /// Something for a worker to do, taken from the core under its lock.
 #[expect(clippy::large_enum_variant, reason = "moved once per task, never stored")]
 enum Task {
-    Build { picture: u64, generation: u64, request: Request },
+    Build {
+        picture: u64,
+        generation: u64,
+        request: Request,
+    },
     Tile(TileTask),
+    /// Nothing, but a frame was published.
+    Published,
 }
 
 struct TileTask {
@@ -324,6 +330,7 @@ impl Shared {
             let news = match task {
                 Task::Build { picture, generation, request } => self.build(picture, generation, request),
                 Task::Tile(task) => self.render(task),
+                Task::Published => true,
             };
             if news {
                 (self.wake)();
@@ -404,6 +411,8 @@ impl Shared {
         let mut core = self.lock();
         let Some(p) = core.pictures.iter_mut().find(|p| p.id == picture) else { return false };
         p.retired.extend(retired);
+        // A third set of sums would be needed while the window draws the last frame, and the new one be drawn no sooner.
+        let wait = p.pace == Pace::Full && p.latest.load().as_ref().is_some_and(|last| Arc::strong_count(last) > 1);
         let current = p.generation;
         let Some(work) = p.job.as_mut().filter(|work| work.id == job && work.generation == current) else {
             p.retired.push(Arc::new(tile));
@@ -414,11 +423,13 @@ impl Shared {
                 work.tiles[index] = Some(Arc::new(tile));
                 work.invalid += invalid;
                 work.cpu_seconds += seconds;
-                match work.finish_tile() {
+                match work.finish_tile(wait) {
                     None => return false,
                     Some(Some(stats)) => {
                         let frame = work.frame(FrameStats { threads: self.threads, simd: self.how.name(), ..stats });
+                        let needed = work.rects.len();
                         p.latest.store(Some(Arc::new(frame)));
+                        p.trim(needed);
                         true
                     }
                     Some(None) => false,
@@ -468,22 +479,23 @@ impl PictureState {
             return Err(LONG);
         };
         if job.pass.is_none() {
-            if job.finished() {
-                if job.published != job.samples {
-                    // Only the target moved; the frame on show still names the old one.
-                    let frame = job.frame(FrameStats { ..job.stats() });
-                    let shown = self.latest.load_full();
-                    let (threads, simd) = shown.map_or((0, ""), |f| (f.stats.threads, f.stats.simd));
-                    let stats = FrameStats { threads, simd, ..frame.stats };
-                    self.latest.store(Some(Arc::new(Frame { stats, ..frame })));
-                    job.published = job.samples;
-                }
+            let held = self.pace == Pace::Paused && self.steps == 0 && job.samples > 0;
+            if (held || job.finished()) && job.published != job.samples {
+                // Only the target moved, and the frame on show still names the old one; or the last pass made no frame.
+                let frame = job.frame(FrameStats { ..job.stats() });
+                let shown = self.latest.load_full();
+                let (threads, simd) = shown.map_or((0, ""), |f| (f.stats.threads, f.stats.simd));
+                let stats = FrameStats { threads, simd, ..frame.stats };
+                self.latest.store(Some(Arc::new(Frame { stats, ..frame })));
+                job.published = job.samples;
+                return Ok(Task::Published);
+            }
+            if held || job.finished() {
                 return Err(LONG);
             }
             let mut count = 1;
             if job.samples > 0 {
                 match self.pace {
-                    Pace::Paused if self.steps == 0 => return Err(LONG),
                     Pace::Paused => self.steps -= 1,
                     Pace::PassesPerSecond(rate) => {
                         let period = Duration::from_secs_f64(1.0 / f64::from(rate.clamp(1e-3, 1e4)));
@@ -521,12 +533,22 @@ impl PictureState {
 
     fn retire_job(&mut self) {
         if let Some(job) = self.job.take() {
-            // Buffers for one picture in the making and one on show are enough.
-            let keep = 2 * job.rects.len();
+            let needed = job.rects.len();
             self.retired.extend(job.tiles.into_iter().flatten());
-            let excess = self.retired.len().saturating_sub(keep);
-            self.retired.drain(..excess);
+            self.trim(needed);
         }
+    }
+
+    /// Keeps as many buffers as the next pass `needs`. What frames still share costs nothing and may be the next to
+    /// be free.
+    fn trim(&mut self, needed: usize) {
+        let excess = self.retired.len().saturating_sub(2 * needed);
+        self.retired.drain(..excess);
+        let mut free = 0;
+        self.retired.retain(|tile| {
+            free += usize::from(Arc::strong_count(tile) == 1);
+            Arc::strong_count(tile) > 1 || free <= needed
+        });
     }
 
     /// After a panic: the pass is lost with its tile. Starts the generation again, a few times.

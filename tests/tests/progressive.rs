@@ -91,6 +91,26 @@ fn pausing_holds_and_steps_are_single_passes() {
 }
 
 #[test]
+fn a_pause_shows_the_last_pass() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    picture.submit(request(64, None));
+    for _ in 0..30 {
+        let before = picture.status().spp;
+        picture.set_pace(Pace::Full);
+        wait("passes", || picture.latest().is_some() && picture.status().spp > before + 2);
+        // Frames wait for the last one to be drawn: somebody has it in hand all the time.
+        let drawn = picture.latest().unwrap();
+        std::thread::sleep(Duration::from_millis(3));
+        picture.set_pace(Pace::Paused);
+        wait("the pause", || picture.status().state == State::Paused);
+        let spp = picture.status().spp;
+        wait("the frame of the last pass", || picture.latest().is_some_and(|frame| frame.spp() == spp));
+        assert!(drawn.spp() <= spp);
+    }
+}
+
+#[test]
 fn a_slow_pace_counts_single_passes() {
     let renderer = Renderer::new(2, || {});
     let picture = renderer.add_picture();
