@@ -184,14 +184,15 @@ fn follow<L: Lanes>(
     // Everything that follows is about the technique that drew the direction.
     let by_light = draw.by_light;
     let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
-    let (weight, mut over) = match settings.strategy {
+    let (weight, w_over_a) = match settings.strategy {
         Strategy::Light | Strategy::Bsdf => (one, one / a),
         Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),
     };
-    if settings.weights == OneSampleWeights::Tutorial {
-        over = over * by_light.select(l.f(1.0 / c_light), l.f(1.0 / c_bsdf));
-    }
-    let sample = contribution(l, &x, weight, over, a);
+    let w_over_cp = match settings.weights {
+        OneSampleWeights::Veach => w_over_a,
+        OneSampleWeights::Tutorial => w_over_a * by_light.select(l.f(1.0 / c_light), l.f(1.0 / c_bsdf)),
+    };
+    let sample = contribution(l, &x, weight, w_over_cp, a);
     // A technique draws at most one of the rays.
     let (light, bsdf) = (here & by_light, here & !by_light);
     if light.any() {
@@ -232,15 +233,14 @@ fn candidate<L: Lanes>(
     Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p }
 }
 
-/// `w f / (c p)`, where `over` is `w / (c p)`: `c` is the probability of the technique (one-sample model) or, with one
-/// sample of each, 1. Lanes where nothing was met are selected away, since 0 times NaN is NaN; `a` is 0 where the
-/// density is.
+/// `w f / (c p)`: `c` is the probability of the technique (one-sample model) or, with one sample of each, 1. Lanes
+/// where nothing was met are selected away, since 0 times NaN is NaN; `a` is 0 where the density is.
 #[inline(always)]
-fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, over: L::F, a: L::F) -> Contribution<L> {
+fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, w_over_cp: L::F, a: L::F) -> Contribution<L> {
     let zero = l.f(0.0);
     let carries = !a.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
     Contribution {
-        value: V3::select(carries, x.f * over, V3::all(zero)),
+        value: V3::select(carries, x.f * w_over_cp, V3::all(zero)),
         weight: carries.select(weight, zero),
         carries,
     }

@@ -479,8 +479,8 @@ impl PictureState {
             return Err(LONG);
         };
         if job.pass.is_none() {
-            let held = self.pace == Pace::Paused && self.steps == 0 && job.samples > 0;
-            if (held || job.finished()) && job.published != job.samples {
+            let paused = self.pace == Pace::Paused && self.steps == 0 && job.samples > 0;
+            if (paused || job.finished()) && job.published != job.samples {
                 // Only the target moved, and the frame on show still names the old one; or the last pass made no frame.
                 let frame = job.frame(FrameStats { ..job.stats() });
                 let shown = self.latest.load_full();
@@ -490,7 +490,7 @@ impl PictureState {
                 job.published = job.samples;
                 return Ok(Task::Published);
             }
-            if held || job.finished() {
+            if paused || job.finished() {
                 return Err(LONG);
             }
             let mut count = 1;
@@ -539,8 +539,8 @@ impl PictureState {
         }
     }
 
-    /// Keeps as many buffers as the next pass `needs`. What frames still share costs nothing and may be the next to
-    /// be free.
+    /// Keeps as many free buffers as a pass needs, one per tile. What frames still share costs nothing and may be the next
+    /// to be free.
     fn trim(&mut self, needed: usize) {
         let excess = self.retired.len().saturating_sub(2 * needed);
         self.retired.drain(..excess);

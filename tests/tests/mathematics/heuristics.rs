@@ -52,6 +52,12 @@ fn weights_are_those_of_the_book() {
             };
             let found = weights(heuristic, a, b);
             let name = heuristic.name();
+            let (_, w_over_a) = mis::weight(Single, heuristic, a, b, true);
+            let scaled = f64::from(w_over_a) * x;
+            assert!(
+                (scaled - expected).abs() < 1e-6,
+                "{name}, {a} and {b}: w / a is {w_over_a}, expected {expected} / a"
+            );
             assert!(
                 (f64::from(found[0]) - expected).abs() < 1e-6,
                 "{name}, {a} and {b}: {found:?}, expected {expected}"
