@@ -15,7 +15,8 @@ const SLICE: f64 = 2e-3;
 /// Shortest time between two frames of a picture, in seconds, once the first few are out. Noise melts
 /// smoothly at this rate; more frames would take the time of samples where the window is drawn in software.
 const FRAME_INTERVAL: f64 = 1.0 / 30.0;
-/// Longest time that a frame waits for the last one to be drawn, in seconds.
+/// Longest time that a frame waits for the last one to be drawn, in seconds; after it, one that nobody has come for counts
+/// as one that nobody wants.
 const PATIENCE: f64 = 0.1;
 /// Samples per pixel up to which every pass is a frame.
 const FIRST_FRAMES: u32 = 4;
@@ -77,17 +78,26 @@ impl Job {
         self.request.target().is_some_and(|target| self.samples >= target) || self.samples == u32::MAX
     }
 
-    /// Samples per pixel of the next pass: as many as fit between two frames, and into a slice.
-    pub(crate) fn burst(&self) -> u32 {
+    /// Samples per pixel of the next pass: as many as fit into a slice and, where frames are `taken`, between two of them.
+    /// Each pass has to fetch all sums from memory and put them back: the longer the better.
+    pub(crate) fn burst(&self, taken: bool) -> u32 {
         let per_sample = self.render_seconds / f64::from(self.samples);
         let per_tile = self.cpu_seconds / f64::from(self.samples) / self.rects.len() as f64;
-        let fitting = (FRAME_INTERVAL / per_sample).min(SLICE / per_tile).clamp(1.0, 4096.0) as u32;
+        let wanted = taken || self.since_publish(Instant::now()) < PATIENCE;
+        let interval = if wanted { FRAME_INTERVAL } else { f64::INFINITY };
+        let fitting = (interval / per_sample).min(SLICE / per_tile).clamp(1.0, 4096.0) as u32;
         let left = self.request.target().unwrap_or(u32::MAX) - self.samples;
         fitting.min(left)
     }
 
-    /// Counts a tile in. `Some` at the end of a pass, with the totals if a frame is due; it may `wait` for a while.
-    pub(crate) fn finish_tile(&mut self, wait: bool) -> Option<Option<FrameStats>> {
+    /// Seconds since the last frame.
+    fn since_publish(&self, now: Instant) -> f64 {
+        self.last_publish.map_or(f64::INFINITY, |last| (now - last).as_secs_f64())
+    }
+
+    /// Counts a tile in. `Some` at the end of a pass, with the totals if a frame is due: the first, the last, and others if
+    /// the one before was `taken`. It may `wait` for a while.
+    pub(crate) fn finish_tile(&mut self, taken: bool, wait: bool) -> Option<Option<FrameStats>> {
         let pass = self.pass.as_mut()?;
         pass.done += 1;
         if pass.done < self.rects.len() {
@@ -97,9 +107,9 @@ impl Job {
         let now = Instant::now();
         self.render_seconds += (now - pass.start).as_secs_f64();
         self.pass = None;
-        let since = self.last_publish.map_or(f64::INFINITY, |last| (now - last).as_secs_f64());
+        let since = self.since_publish(now);
         let due = self.samples <= FIRST_FRAMES || since >= FRAME_INTERVAL;
-        let due = due && !(wait && since < PATIENCE);
+        let due = due && (taken || self.published == 0) && !(wait && since < PATIENCE);
         Some((due || self.finished()).then(|| {
             self.last_publish = Some(now);
             self.published = self.samples;

@@ -9,6 +9,7 @@
 //! submit. Tiles are rendered, scenes built and frames looked at without it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -129,7 +130,7 @@ struct PictureState {
     steps: u32,
     error: Option<String>,
     worker_panics: u64,
-    latest: Arc<ArcSwapOption<Frame>>,
+    latest: Arc<Latest>,
     /// Tiles no longer worked on; their buffers are used again once no frame shares them.
     retired: Vec<Arc<Tile>>,
 }
@@ -188,7 +189,7 @@ impl Renderer {
 
     /// A new picture, idle.
     pub fn add_picture(&self) -> Picture {
-        let latest = Arc::new(ArcSwapOption::empty());
+        let latest = Arc::<Latest>::default();
         let mut core = self.shared.lock();
         core.next_id += 1;
         let id = core.next_id;
@@ -230,8 +231,30 @@ impl Drop for Renderer {
 /// Handle of one picture; dropping it takes the picture away from the workers.
 pub struct Picture {
     id: u64,
-    latest: Arc<ArcSwapOption<Frame>>,
+    latest: Arc<Latest>,
     shared: Arc<Shared>,
+}
+
+/// The newest frame of a picture.
+#[derive(Default)]
+struct Latest {
+    frame: ArcSwapOption<Frame>,
+    /// Somebody has come for it. If nobody does, no other is made: what a frame shares has to be copied.
+    taken: AtomicBool,
+}
+
+impl Latest {
+    fn put(&self, frame: Frame) {
+        // In this order: a frame may be taken for one that somebody has come for, but never the other way round.
+        self.taken.store(false, Ordering::SeqCst);
+        self.frame.store(Some(Arc::new(frame)));
+    }
+
+    fn take(&self) -> Option<Arc<Frame>> {
+        let frame = self.frame.load_full();
+        self.taken.store(true, Ordering::SeqCst);
+        frame
+    }
 }
 
 impl Picture {
@@ -286,9 +309,10 @@ impl Picture {
         self.with(|p| p.steps += 1);
     }
 
-    /// The newest complete frame, perhaps of an older generation. Never waits.
+    /// The newest complete frame, perhaps of an older generation. Never waits. While nobody asks, no newer one is made,
+    /// but for that of the last pass before a pause or the target.
     pub fn latest(&self) -> Option<Arc<Frame>> {
-        self.latest.load_full()
+        self.latest.take()
     }
 
     /// What is going on.
@@ -412,7 +436,9 @@ impl Shared {
         let Some(p) = core.pictures.iter_mut().find(|p| p.id == picture) else { return false };
         p.retired.extend(retired);
         // A third set of sums would be needed while the window draws the last frame, and the new one be drawn no sooner.
-        let wait = p.pace == Pace::Full && p.latest.load().as_ref().is_some_and(|last| Arc::strong_count(last) > 1);
+        let wait =
+            p.pace == Pace::Full && p.latest.frame.load().as_ref().is_some_and(|last| Arc::strong_count(last) > 1);
+        let taken = p.latest.taken.load(Ordering::SeqCst);
         let current = p.generation;
         let Some(work) = p.job.as_mut().filter(|work| work.id == job && work.generation == current) else {
             p.retired.push(Arc::new(tile));
@@ -423,12 +449,12 @@ impl Shared {
                 work.tiles[index] = Some(Arc::new(tile));
                 work.invalid += invalid;
                 work.cpu_seconds += seconds;
-                match work.finish_tile(wait) {
+                match work.finish_tile(taken, wait) {
                     None => return false,
                     Some(Some(stats)) => {
                         let frame = work.frame(FrameStats { threads: self.threads, simd: self.how.name(), ..stats });
                         let needed = work.rects.len();
-                        p.latest.store(Some(Arc::new(frame)));
+                        p.latest.put(frame);
                         p.trim(needed);
                         true
                     }
@@ -483,10 +509,10 @@ impl PictureState {
             if (paused || job.finished()) && job.published != job.samples {
                 // Only the target moved, and the frame on show still names the old one; or the last pass made no frame.
                 let frame = job.frame(FrameStats { ..job.stats() });
-                let shown = self.latest.load_full();
+                let shown = self.latest.frame.load_full();
                 let (threads, simd) = shown.map_or((0, ""), |f| (f.stats.threads, f.stats.simd));
                 let stats = FrameStats { threads, simd, ..frame.stats };
-                self.latest.store(Some(Arc::new(Frame { stats, ..frame })));
+                self.latest.put(Frame { stats, ..frame });
                 job.published = job.samples;
                 return Ok(Task::Published);
             }
@@ -504,7 +530,7 @@ impl PictureState {
                             return Err(due - now);
                         }
                     }
-                    Pace::Full => count = job.burst(),
+                    Pace::Full => count = job.burst(self.latest.taken.load(Ordering::SeqCst)),
                 }
             }
             job.last_start = Some(now);
@@ -616,23 +642,29 @@ pub fn render_with(
         let _ = send.send(());
     });
     let picture = renderer.add_picture();
+    let pixels = request.settings.pixel_bounds().area() as u64;
     let start = Instant::now();
     picture.submit(request.clone());
     loop {
         // The time-out is for the progress report; every change of state sends a message.
         let _ = news.recv_timeout(Duration::from_millis(100));
         let status = picture.status();
-        let frame = picture.latest();
         match status.state {
             State::Failed => return Err(Error::Invalid(status.error.unwrap_or_default())),
-            State::Finished if frame.as_ref().is_some_and(|f| Some(f.spp) == target) => {
-                return frame.ok_or_else(|| Error::Invalid("finished without a frame".into()));
+            State::Finished | State::Paused => {
+                if let Some(frame) = picture.latest().filter(|frame| frame.spp() == status.spp) {
+                    return Ok(frame);
+                }
             }
-            _ => {}
+            State::Idle | State::Building | State::Rendering => {}
         }
-        let paths = frame.as_ref().map_or(0, |f| f.stats.paths);
+        let paths = pixels * u64::from(status.spp) * u64::from(request.settings.strategy.rays_per_sample());
         if !on_progress(&Progress { spp: status.spp, target, elapsed: start.elapsed(), paths }) {
-            return frame.ok_or_else(|| Error::Invalid("stopped before the first pass was complete".into()));
+            if status.spp == 0 {
+                return Err(Error::Invalid("stopped before the first pass was complete".into()));
+            }
+            // The frame of the last pass follows.
+            picture.set_pace(Pace::Paused);
         }
     }
 }

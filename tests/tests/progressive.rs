@@ -111,6 +111,33 @@ fn a_pause_shows_the_last_pass() {
 }
 
 #[test]
+fn frames_are_made_for_those_who_look() {
+    let renderer = Renderer::new(2, || {});
+    let picture = renderer.add_picture();
+    picture.submit(request(64, None));
+    // Long after frames would be due.
+    std::thread::sleep(Duration::from_millis(300));
+    wait("passes", || picture.status().spp > 20);
+    let first = picture.latest().expect("the first pass makes a frame");
+    assert_eq!(first.spp(), 1, "nobody looked");
+    wait("a newer frame", || picture.latest().is_some_and(|frame| frame.spp() > 20));
+}
+
+#[test]
+fn a_render_that_is_stopped_returns_all_its_passes() {
+    let mut told = 0;
+    let frame = render(&request(64, Some(1_000_000)), 2, &mut |progress| {
+        told = progress.spp;
+        assert_eq!(progress.paths, 2 * 64 * 64 * u64::from(progress.spp), "two rays a sample");
+        progress.spp < 10
+    });
+    let frame = frame.expect("passes were complete");
+    assert!(told >= 10 && frame.spp() >= told && frame.spp() < 1_000_000, "{told} spp told, {} returned", frame.spp());
+    let spp = frame.spp();
+    assert_eq!(bits(&frame), bits(&render(&request(64, Some(spp)), 1, &mut |_| true).unwrap()));
+}
+
+#[test]
 fn a_slow_pace_counts_single_passes() {
     let renderer = Renderer::new(2, || {});
     let picture = renderer.add_picture();
