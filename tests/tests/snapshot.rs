@@ -232,7 +232,8 @@ fn openexr_tools_read_it_without_a_warning() {
             Err(e) => panic!("{tool} of OpenEXR is needed where CI is set: {e}"),
         };
         let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-        assert!(output.status.success(), "{tool}: {err}");
+        // Not of exrinfo: OpenEXR 3.1 never sets its exit status. It complains all the same.
+        assert!(tool == "exrinfo" || output.status.success(), "{tool}: {err}");
         assert_eq!(err, "", "{tool} has something to say");
         for word in ["w_light.Y", "variance.Y", "samplesPerPixel"] {
             assert!(out.contains(word), "{tool} does not list {word}:\n{out}");
