@@ -227,20 +227,30 @@ impl BuiltScene {
     /// What each camera ray meets first, all of them rays of the patch with these candidates.
     #[inline(always)]
     pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<'_, L> {
-        let zero = l.f(0.0);
-        let origin = V3::splat(l, self.camera.origin);
         if near.covered {
             let facet = &self.geometry.facets[near.surfaces.first()];
+            let origin = V3::splat(l, self.camera.origin);
             let p = dir.scale_add(facet.distance(l, origin, dir), origin);
             return CameraHit {
                 surface: l.m(true),
                 first: facet.shape,
                 shapes: None,
                 points: on_facet(l, facet, p, dir),
-                emitted: V3::all(zero),
+                emitted: V3::all(l.f(0.0)),
                 emits: l.m(false),
             };
         }
+        l.apart(
+            #[inline(always)]
+            move || self.camera_hit_among(l, dir, near),
+        )
+    }
+
+    /// The same where rays of the patch may meet different things.
+    #[inline(always)]
+    fn camera_hit_among<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<'_, L> {
+        let zero = l.f(0.0);
+        let origin = V3::splat(l, self.camera.origin);
         let hit = self.geometry.nearest(l, origin, dir, &near.surfaces);
         let (t_light, light, radiance) = self.lights.nearest(l, origin, dir, &near.lights);
         let is_light = t_light.lt(hit.t);

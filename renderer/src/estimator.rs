@@ -23,6 +23,7 @@
 use crate::bsdf::{self, BsdfValue, Surface};
 use crate::build::BuiltScene;
 use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::light::Aim;
 use crate::mis;
 use crate::patch::Candidates;
 use crate::sampler::{Dimension, Numbers};
@@ -32,6 +33,8 @@ use crate::settings::{OneSampleWeights, Settings, Strategy};
 #[derive(Clone, Copy)]
 struct Draw<L: Lanes> {
     wi: V3<L>,
+    /// Where the light technique aimed.
+    aim: Aim<L>,
     /// True where the light technique drew it, false where the BSDF technique did.
     by_light: L::M,
     /// False where the technique failed to draw one.
@@ -148,10 +151,8 @@ fn draw<L: Lanes>(
     random: &Numbers<L>,
     by_light: L::M,
 ) -> Draw<L> {
-    let mut draw = Draw { wi: s.n, by_light, valid: l.m(false), dirac: l.m(false) };
-    if by_light.any() {
-        (draw.wi, draw.valid) = scene.lights.sample(l, s.p, random);
-    }
+    let aim = if by_light.any() { scene.lights.sample(l, s.p, random) } else { Aim::nowhere(l) };
+    let mut draw = Draw { wi: aim.wi, aim, by_light, valid: aim.valid, dirac: l.m(false) };
     if !by_light.all() {
         let (wi, dirac) = bsdf::sample(l, s, wo, random);
         draw.wi = V3::select(by_light, draw.wi, wi);
@@ -173,7 +174,7 @@ fn follow<L: Lanes>(
     reflected: &mut Reflected<L>,
 ) {
     let one = l.f(1.0);
-    let x = candidate(l, scene, s, wo, draw, near);
+    let Some(x) = candidate(l, scene, s, wo, draw, near) else { return };
     let (c_light, c_bsdf) = technique_probs(settings);
 
     // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
@@ -203,7 +204,7 @@ fn follow<L: Lanes>(
     }
 }
 
-/// The integrand and both densities at a drawn direction: one secondary ray.
+/// The integrand and both densities at a drawn direction: one secondary ray. `None` if no lane's meets a light.
 #[inline(always)]
 fn candidate<L: Lanes>(
     l: L,
@@ -212,9 +213,17 @@ fn candidate<L: Lanes>(
     wo: V3<L>,
     draw: &Draw<L>,
     near: &Candidates,
-) -> Candidate<L> {
+) -> Option<Candidate<L>> {
     let zero = l.f(0.0);
-    let sight = scene.lights.look(l, s.p, draw.wi, l.f(scene.epsilon), near.may_be_blocked());
+    let sight = if near.lights_apart && draw.by_light.all() {
+        scene.lights.look_at(l, &draw.aim, near.may_be_blocked())
+    } else {
+        scene.lights.look(l, s.p, draw.wi, l.f(scene.epsilon), near.may_be_blocked())
+    };
+    let shines = draw.valid & sight.shines;
+    if !shines.any() {
+        return None;
+    }
     let BsdfValue { mut f_cos, mut pdf } = bsdf::evaluate(l, s, wo, draw.wi);
     let mut p_light = sight.pdf;
     if draw.dirac.any() {
@@ -226,11 +235,10 @@ fn candidate<L: Lanes>(
     let p = Densities { light: p_light, bsdf: pdf };
     let unshadowed = f_cos.times(sight.radiance);
     // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
-    let lit = draw.valid & !(unshadowed.x + unshadowed.y + unshadowed.z).le(zero);
-    // Most BSDF samples meet no light: then nothing needs to be asked about visibility.
+    let lit = shines & !(unshadowed.x + unshadowed.y + unshadowed.z).le(zero);
     let visible =
         if near.may_be_blocked() && lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit, near) } else { lit };
-    Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p }
+    Some(Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p })
 }
 
 /// `w f / (c p)`: `c` is the probability of the technique (one-sample model) or, with one sample of each, 1. Lanes

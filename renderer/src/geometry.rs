@@ -133,6 +133,14 @@ impl Geometry {
 /// [`Tree::walk`], as many rays at a time as fill one vector.
 #[inline(always)]
 fn walk<L: Lanes, const ANY: bool>(l: L, tree: &Tree, origin: V3<L>, dir: V3<L>, t_max: L::F) -> Nearest<L> {
+    l.apart(
+        #[inline(always)]
+        move || walk_parts::<L, ANY>(l, tree, origin, dir, t_max),
+    )
+}
+
+#[inline(always)]
+fn walk_parts<L: Lanes, const ANY: bool>(l: L, tree: &Tree, origin: V3<L>, dir: V3<L>, t_max: L::F) -> Nearest<L> {
     let part = l.part();
     let mut numbers = [[0.0; PACKET]; 7];
     for (to, v) in numbers.iter_mut().zip([origin.x, origin.y, origin.z, dir.x, dir.y, dir.z, t_max]) {

@@ -59,20 +59,11 @@ impl Lanewise {
             #[cfg(all(target_arch = "x86_64", not(one_lane)))]
             Self::Wide(level) => {
                 if let Some(simd) = level.as_avx512() {
-                    simd.vectorize(
-                        #[inline(always)]
-                        || task.run(Twice(Wide(simd))),
-                    )
+                    avx512::run(simd, Twice(Wide(simd)), task)
                 } else if let Some(simd) = level.as_avx2() {
-                    simd.vectorize(
-                        #[inline(always)]
-                        || task.run(Wide(simd)),
-                    )
+                    avx2::run(simd, Wide(simd), task)
                 } else if let Some(simd) = level.as_sse4_2() {
-                    simd.vectorize(
-                        #[inline(always)]
-                        || task.run(Wide(simd)),
-                    )
+                    sse4_2::run(simd, Wide(simd), task)
                 } else {
                     task.run(Single)
                 }
@@ -92,6 +83,26 @@ impl Lanewise {
         }
     }
 }
+
+/// A task in lanes of one level: a module for each, since the compiler works on modules side by side.
+#[cfg(all(target_arch = "x86_64", not(one_lane)))]
+macro_rules! levels {
+    ($($level:ident),*) => {$(
+        mod $level {
+            use super::{Lanes, Simd, Task};
+
+            #[inline(never)]
+            pub fn run<T: Task>(simd: impl Simd, l: impl Lanes, task: T) -> T::Output {
+                simd.vectorize(
+                    #[inline(always)]
+                    || task.run(l),
+                )
+            }
+        }
+    )*};
+}
+#[cfg(all(target_arch = "x86_64", not(one_lane)))]
+levels!(avx512, avx2, sse4_2);
 
 /// Something to be done in lanes. `run` has to be `#[inline(always)]`, as all lane code.
 pub trait Task {

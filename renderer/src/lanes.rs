@@ -58,6 +58,12 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     fn lookup(self, table: &[f32; SHORT], count: usize, index: Self::U) -> Self::F;
     /// `table[index]`, lane by lane, of tables of any length. Slow.
     fn gather(self, table: &[f32], index: Self::U) -> Self::F;
+
+    /// Does a task in a function of its own, with the same vector unit: for what is long and not always needed, or
+    /// takes so long that a call does not matter. It is then compiled once, not wherever it is used, and what
+    /// is always needed stays short. The task must be `#[inline(always)]` and own all lanes that it takes
+    /// along: those it borrowed would have to stay in memory.
+    fn apart<R>(self, task: impl FnOnce() -> R) -> R;
 }
 
 /// Floats in lanes.
@@ -222,6 +228,15 @@ impl<S: Simd> Lanes for Wide<S> {
             out[i] = table[index[i] as usize];
         }
         f32x16::simd_from(self.0, out)
+    }
+    #[inline(always)]
+    fn apart<R>(self, task: impl FnOnce() -> R) -> R {
+        /// `vectorize` by itself may be inlined.
+        #[inline(never)]
+        fn call<S: Simd, R>(simd: S, task: impl FnOnce() -> R) -> R {
+            simd.vectorize(task)
+        }
+        call(self.0, task)
     }
 }
 
@@ -399,6 +414,10 @@ impl Lanes for Single {
     #[inline(always)]
     fn gather(self, table: &[f32], index: Wrapping) -> f32 {
         table[index.0 as usize]
+    }
+    #[inline(never)]
+    fn apart<R>(self, task: impl FnOnce() -> R) -> R {
+        task()
     }
 }
 
@@ -616,6 +635,10 @@ impl<A: Lanes> Lanes for Twice<A> {
     #[inline(always)]
     fn gather(self, table: &[f32], index: Two<A::U>) -> Two<A::F> {
         Two(self.0.gather(table, index.0), self.0.gather(table, index.1))
+    }
+    #[inline(always)]
+    fn apart<R>(self, task: impl FnOnce() -> R) -> R {
+        self.0.apart(task)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::lanes::{Lanes, Mask, Real, SHORT, Uint, V3};
 use crate::light_tree::LightTree;
 use crate::patch::{self, List};
 use crate::sampler::{Dimension, Numbers};
-use crate::shape::{Ball, BallLanes, Facet, FacetLanes};
+use crate::shape::{self, Ball, BallLanes, Facet, FacetLanes};
 use crate::tree::{ball_box, facet_box};
 use crate::warp;
 
@@ -25,10 +25,10 @@ pub enum LightShape {
 }
 
 /// Up to so many lights are looked up in short tables, in which 0 stands for none.
-const FEW: usize = SHORT - 1;
+pub const FEW: usize = SHORT - 1;
 
 /// Up to so many lights each is asked for every direction; a tree pays from about there.
-const FLAT_LIMIT: usize = 64;
+const FLAT_LIMIT: usize = 32;
 
 /// A surface that emits, on its outer side.
 #[derive(Clone, Copy, Debug)]
@@ -102,6 +102,38 @@ pub struct Sight<L: Lanes> {
     pub t: L::F,
     /// Radiance that the nearest one sends back, were nothing else in the way.
     pub radiance: V3<L>,
+    /// True where that is not 0.
+    pub shines: L::M,
+}
+
+impl<L: Lanes> Sight<L> {
+    /// No light.
+    #[inline(always)]
+    fn nothing(l: L) -> Self {
+        Self { pdf: l.f(0.0), t: l.f(f32::INFINITY), radiance: V3::all(l.f(0.0)), shines: l.m(false) }
+    }
+}
+
+/// A direction that the light technique drew.
+#[derive(Clone, Copy)]
+pub struct Aim<L: Lanes> {
+    /// The direction, of unit length.
+    pub wi: V3<L>,
+    /// False where the light chosen turns its back: such a sample has failed, whatever else lies in its direction.
+    pub valid: L::M,
+    /// Number of the light.
+    choice: L::U,
+    /// From the surface to its centre (a ball) or corner (a facet).
+    to: V3<L>,
+}
+
+impl<L: Lanes> Aim<L> {
+    /// No direction.
+    #[inline(always)]
+    pub fn nowhere(l: L) -> Self {
+        let z = V3 { x: l.f(0.0), y: l.f(0.0), z: l.f(1.0) };
+        Self { wi: z, valid: l.m(false), choice: l.u(0), to: z }
+    }
 }
 
 /// Where rays meet a light.
@@ -332,25 +364,35 @@ impl Lights {
     }
 
     /// Draws a direction from `p` towards a light: light l with probability `1 / n`, then a
-    /// direction by its own law. The density is `look(..).pdf`. False where the light chosen turns
-    /// its back: such a sample has failed, whatever else lies in its direction.
+    /// direction by its own law. The density is `look(..).pdf`.
     #[inline(always)]
-    pub fn sample<L: Lanes>(&self, l: L, p: V3<L>, random: &Numbers<L>) -> (V3<L>, L::M) {
+    pub fn sample<L: Lanes>(&self, l: L, p: V3<L>, random: &Numbers<L>) -> Aim<L> {
         let n = self.list.len();
         if n == 0 {
-            return (V3 { x: l.f(0.0), y: l.f(0.0), z: l.f(1.0) }, l.m(false));
+            return Aim::nowhere(l);
         }
         let u = random.get_2d(Dimension::Light);
-        let chosen = random.get_1d(Dimension::LightChoice) * n as f32;
+        let choice = self.number(l, random.get_1d(Dimension::LightChoice) * n as f32);
+        if n <= SHORT && !self.tables.any_facet {
+            return self.sample_one::<L, true>(l, p, u, choice);
+        }
+        l.apart(
+            #[inline(always)]
+            move || self.sample_one::<L, false>(l, p, u, choice),
+        )
+    }
+
+    /// Draws a direction from `p` towards the light chosen. `FEW`: there are [`SHORT`] at most, all of them balls.
+    #[inline(always)]
+    fn sample_one<L: Lanes, const FEW: bool>(&self, l: L, p: V3<L>, u: [L::F; 2], choice: L::U) -> Aim<L> {
         let t = &self.tables;
-        let choice = self.number(l, chosen);
-        let to = self.pick_v(l, &t.p, choice) - p;
+        let to = self.pick_v::<L, FEW>(l, &t.p, choice) - p;
 
         let mut wi = to;
         let mut faces = l.m(true);
-        if t.any_ball {
+        if FEW || t.any_ball {
             let distance2 = to.dot(to);
-            let x = distance2 * self.pick(l, &t.curvature2, choice);
+            let x = distance2 * self.pick::<L, FEW>(l, &t.curvature2, choice);
             let inside = x.lt(l.f(1.0));
             let axis = to * (l.f(1.0) / distance2.max(l.f(f32::MIN_POSITIVE)).sqrt());
             // From the very centre there is no axis; any will do.
@@ -361,23 +403,23 @@ impl Lights {
             wi = s.scale_add(local.x, b.scale_add(local.y, axis * local.z)).renormalize(l);
             faces = !inside;
             if t.any_inward {
-                faces = faces ^ self.pick(l, &t.inward, choice).gt(l.f(0.5));
+                faces = faces ^ self.pick::<L, FEW>(l, &t.inward, choice).gt(l.f(0.5));
             }
         }
-        if t.any_facet {
+        if !FEW && t.any_facet {
             let [b1, b2] = u;
             let [f1, f2] = warp::square_to_triangle(l, u);
-            let quad = self.pick(l, &t.quad, choice).gt(l.f(0.5));
+            let quad = self.pick::<L, FEW>(l, &t.quad, choice).gt(l.f(0.5));
             let (b1, b2) = (quad.select(b1, f1), quad.select(b2, f2));
-            let e1 = self.pick_v(l, &t.e1, choice);
-            let e2 = self.pick_v(l, &t.e2, choice);
+            let e1 = self.pick_v::<L, FEW>(l, &t.e1, choice);
+            let e2 = self.pick_v::<L, FEW>(l, &t.e2, choice);
             let point = e1.scale_add(b1, e2.scale_add(b2, to));
-            let is_ball = self.pick(l, &t.is_ball, choice).gt(l.f(0.5));
+            let is_ball = self.pick::<L, FEW>(l, &t.is_ball, choice).gt(l.f(0.5));
             wi = V3::select(is_ball, wi, point.normalize(l));
-            let normal = self.pick_v(l, &t.normal, choice);
+            let normal = self.pick_v::<L, FEW>(l, &t.normal, choice);
             faces = (is_ball & faces) | (!is_ball & normal.dot(point).lt(l.f(0.0)));
         }
-        (wi, faces)
+        Aim { wi, valid: faces, choice, to }
     }
 
     /// The number of the light that was chosen by a number in [0, n), or n by rounding.
@@ -387,21 +429,22 @@ impl Lights {
         drawn.lt(last).select_u(drawn, last)
     }
 
-    /// `table[choice]`.
+    /// `table[choice]`. `FEW`: there are [`SHORT`] lights at most.
     #[inline(always)]
-    fn pick<L: Lanes>(&self, l: L, table: &[f32], choice: L::U) -> L::F {
-        match table.first_chunk() {
-            Some(table) if self.list.len() <= SHORT => l.lookup(table, self.list.len(), choice),
-            _ => l.gather(table, choice),
+    fn pick<L: Lanes, const FEW: bool>(&self, l: L, table: &[f32], choice: L::U) -> L::F {
+        if FEW || self.list.len() <= SHORT {
+            let table = table.first_chunk().expect("tables are filled up");
+            return l.lookup(table, self.list.len(), choice);
         }
+        l.gather(table, choice)
     }
 
     #[inline(always)]
-    fn pick_v<L: Lanes>(&self, l: L, table: &[Vec<f32>; 3], choice: L::U) -> V3<L> {
+    fn pick_v<L: Lanes, const FEW: bool>(&self, l: L, table: &[Vec<f32>; 3], choice: L::U) -> V3<L> {
         V3 {
-            x: self.pick(l, &table[0], choice),
-            y: self.pick(l, &table[1], choice),
-            z: self.pick(l, &table[2], choice),
+            x: self.pick::<L, FEW>(l, &table[0], choice),
+            y: self.pick::<L, FEW>(l, &table[1], choice),
+            z: self.pick::<L, FEW>(l, &table[2], choice),
         }
     }
 
@@ -479,13 +522,14 @@ impl Lights {
         for k in 0..longest {
             let (numbers, there) = lists.get::<L>(k);
             let (number, there) = (l.load_u(numbers), l.mask(there));
-            let is_ball = self.pick(l, &t.is_ball, number).gt(l.f(0.5));
-            let (at, radiance) = (self.pick_v(l, &t.p, number), self.pick_v(l, &t.radiance, number));
+            let is_ball = self.pick::<L, false>(l, &t.is_ball, number).gt(l.f(0.5));
+            let (at, radiance) =
+                (self.pick_v::<L, false>(l, &t.p, number), self.pick_v::<L, false>(l, &t.radiance, number));
             if (is_ball & there).any() {
                 let light = BallLightLanes {
-                    ball: BallLanes { center: at, radius2: self.pick(l, &t.radius2, number) },
-                    curvature2: self.pick(l, &t.curvature2, number),
-                    inward: self.pick(l, &t.inward, number).gt(l.f(0.5)),
+                    ball: BallLanes { center: at, radius2: self.pick::<L, false>(l, &t.radius2, number) },
+                    curvature2: self.pick::<L, false>(l, &t.curvature2, number),
+                    inward: self.pick::<L, false>(l, &t.inward, number).gt(l.f(0.5)),
                 };
                 let meeting = light.meet(l, origin, dir, t_min, clear);
                 front.add(l, &meeting.only(is_ball & there), number, radiance);
@@ -493,12 +537,12 @@ impl Lights {
             if (!is_ball & there).any() {
                 let facet = FacetLanes {
                     p0: at,
-                    normal: self.pick_v(l, &t.normal, number),
-                    u_axis: self.pick_v(l, &t.u_axis, number),
-                    v_axis: self.pick_v(l, &t.v_axis, number),
-                    triangle: l.f(1.0) - self.pick(l, &t.quad, number),
+                    normal: self.pick_v::<L, false>(l, &t.normal, number),
+                    u_axis: self.pick_v::<L, false>(l, &t.u_axis, number),
+                    v_axis: self.pick_v::<L, false>(l, &t.v_axis, number),
+                    triangle: l.f(1.0) - self.pick::<L, false>(l, &t.quad, number),
                 };
-                let area = self.pick(l, &t.area, number);
+                let area = self.pick::<L, false>(l, &t.area, number);
                 let meeting = meet_facet(l, facet.intersect(l, origin, dir), facet.normal, area, dir, t_min);
                 front.add(l, &meeting.only(!is_ball & there), number, radiance);
             }
@@ -521,15 +565,39 @@ impl Lights {
                 return Sight { pdf: sight.pdf * each, ..sight };
             }
         }
-        let front = match &self.tree {
-            Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.clear),
-            None => {
-                let mut front = Front::none(l);
-                self.front_of_all(l, &mut front, (p, wi), t_min, self.clear, l.m(true));
-                front
-            }
-        };
-        Sight { pdf: front.density * each, t: front.t, radiance: front.radiance }
+        let front = l.apart(
+            #[inline(always)]
+            move || match &self.tree {
+                Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.clear),
+                None => {
+                    let mut front = Front::none(l);
+                    self.front_of_all(l, &mut front, (p, wi), t_min, self.clear, l.m(true));
+                    front
+                }
+            },
+        );
+        let Front { t, radiance, density, .. } = front;
+        let shines = (radiance.x + radiance.y + radiance.z).gt(l.f(0.0));
+        Sight { pdf: density * each, t, radiance, shines }
+    }
+
+    /// The same for directions that were drawn towards lights, where no ray meets two of them (see
+    /// [`Self::can_be_apart`] and [`patch::Candidates::lights_apart`]): only the light chosen is asked.
+    #[inline(always)]
+    pub fn look_at<L: Lanes>(&self, l: L, aim: &Aim<L>, distances: bool) -> Sight<L> {
+        let each = 1.0 / self.list.len().max(1) as f32;
+        let t = &self.tables;
+        let (along, half2) = shape::chord(aim.to, self.pick::<L, true>(l, &t.radius2, aim.choice), aim.wi);
+        let met = half2.ge(l.f(0.0)) & along.gt(l.f(0.0));
+        let place = met.select_u(aim.choice + l.u(1), l.u(0));
+        let sight = self.ball_in(l, place, met, (along, half2), None, distances);
+        Sight { pdf: sight.pdf * each, ..sight }
+    }
+
+    /// True if [`Self::look_at`] can be asked at all: few lights, all of them balls that shine outwards, and no ray that
+    /// starts inside.
+    pub fn can_be_apart(&self) -> bool {
+        self.clear && !self.tables.any_facet && !self.tables.any_inward && self.balls.len() <= FEW
     }
 
     /// The ball that each direction meets, with the density of sampling that ball; and where that is not the whole
@@ -558,17 +626,40 @@ impl Lights {
             }
             place = chord.met.select_u(l.u(light.outside), place);
         }
+        let met = !times.eq(l.u(0));
+        let x = if self.clear { None } else { Some(x) };
+        (self.ball_in(l, place, met, (along, half2), x, distances), around | l.u(1).lt(times))
+    }
+
+    /// What the ball in a place of [`Outside`] is for rays with these chords that `met` it or another one; without its
+    /// share of 1 / n. `x`: see [`Chord::x`].
+    #[inline(always)]
+    fn ball_in<L: Lanes>(
+        &self,
+        l: L,
+        place: L::U,
+        met: L::M,
+        (along, half2): (L::F, L::F),
+        x: Option<L::F>,
+        distances: bool,
+    ) -> Sight<L> {
+        // Most BSDF samples meet no light: often not one of a packet does.
+        if !met.any() {
+            return Sight::nothing(l);
+        }
+        let zero = l.f(0.0);
         let count = self.balls.len() + 1;
         let Outside { curvature2, radiance: [red, green, blue] } = &self.outside;
         let radiance =
             V3 { x: l.lookup(red, count, place), y: l.lookup(green, count, place), z: l.lookup(blue, count, place) };
-        if self.clear {
-            x = far_distance2(l, along, half2, l.lookup(curvature2, count, place));
-        }
-        let pdf = place.eq(l.u(0)).select(zero, density_from_outside(l, x));
+        let x = match x {
+            Some(x) => x,
+            None => far_distance2(l, along, half2, l.lookup(curvature2, count, place)),
+        };
+        let shines = !place.eq(l.u(0));
+        let pdf = shines.select(density_from_outside(l, x), zero);
         let t = if distances { (along - half2.max(zero).sqrt()).max(zero) } else { zero };
-        let sight = Sight { pdf, t: times.eq(l.u(0)).select(l.f(f32::INFINITY), t), radiance };
-        (sight, around | l.u(1).lt(times))
+        Sight { pdf, t: met.select(t, l.f(f32::INFINITY)), radiance, shines }
     }
 }
 

@@ -23,7 +23,7 @@ use glam::{DVec3, Vec3, Vec4};
 use crate::camera::Pinhole;
 use crate::film::BLOCK;
 use crate::geometry::Geometry;
-use crate::light::{LightShape, Lights};
+use crate::light::{FEW, LightShape, Lights};
 use crate::shape::{Ball, Facet};
 
 /// Side of a patch in pixels.
@@ -97,6 +97,8 @@ pub struct Candidates {
     pub occluders: List,
     /// There is a tree of primitives, any of which may do so.
     pub tree: bool,
+    /// All lights are balls, and no ray from the surface of the patch meets two of them.
+    pub lights_apart: bool,
 }
 
 impl Candidates {
@@ -121,6 +123,8 @@ pub struct Patches {
     listed: bool,
     /// A light may stand in the picture as a surface that scatters.
     lights_scatter: bool,
+    /// See [`Lights::can_be_apart`].
+    can_be_apart: bool,
     epsilon: f32,
 }
 
@@ -335,6 +339,7 @@ impl Patches {
             tree: geometry.has_tree(),
             listed,
             lights_scatter: lights.list.iter().any(|light| light.material.scatters()),
+            can_be_apart: lights.can_be_apart(),
             epsilon,
         };
         if listed {
@@ -358,7 +363,14 @@ impl Patches {
     /// Every primitive: what [`Self::candidates`] narrows.
     pub fn everything(&self) -> Candidates {
         let [primitives, lights] = self.counts.map(List::all);
-        Candidates { surfaces: primitives, covered: false, lights, occluders: primitives, tree: self.tree }
+        Candidates {
+            surfaces: primitives,
+            covered: false,
+            lights,
+            occluders: primitives,
+            tree: self.tree,
+            lights_apart: false,
+        }
     }
 
     /// The primitives that can matter to camera rays through image points from `min` to `max`, in pixels.
@@ -408,7 +420,43 @@ impl Patches {
         } else {
             List::all(self.counts[0])
         };
-        Candidates { surfaces: List(surfaces), covered, lights: List(lights), occluders, tree: self.tree }
+        let lights_apart = covered && {
+            let id = List(surfaces).first();
+            self.lights_apart(&self.facets[id], &Surface::new(&beam, &self.facets[id], &looks[id]))
+        };
+        Candidates { surfaces: List(surfaces), covered, lights: List(lights), occluders, tree: self.tree, lights_apart }
+    }
+
+    /// True if all lights are balls and no ray from a point of the surface meets two of them.
+    ///
+    /// A ray that is moved so that it starts in the middle of the surface still meets every light that it met, if the
+    /// lights' radii grow by as much as it was moved. From there each of the grown lights fills a cone, and two are
+    /// apart if the angle between their axes is larger than the angles of both cones together.
+    fn lights_apart(&self, plate: &Plate, surface: &Surface) -> bool {
+        if !self.can_be_apart {
+            return false;
+        }
+        let [x, y, z] = surface.points.0;
+        let points = [0, 1, 2, 3].map(|i| Vec3::new(x[i], y[i], z[i]).as_dvec3());
+        let middle = (points[0] + points[1] + points[2] + points[3]) * 0.25;
+        let spread = points.iter().map(|p| (*p - middle).length()).fold(0.0, f64::max) + f64::from(surface.slack);
+        let mut seen = [(DVec3::ZERO, 0.0, 0.0); FEW];
+        for (i, (_, Globe { ball, reach })) in self.ball_lights.iter().enumerate() {
+            let to = ball.center.as_dvec3() - middle;
+            let distance = to.length();
+            let slack = f64::from(SLACK) * (f64::from(plate.reach.max(*reach)) + distance);
+            let sin = (f64::from(ball.radius) + spread + slack) / distance;
+            let cos = (1.0 - sin * sin).sqrt();
+            let near = &seen[..i];
+            let apart = |&(other, other_sin, other_cos): &(DVec3, f64, f64)| {
+                (to / distance).dot(other) < cos * other_cos - sin * other_sin
+            };
+            if !(sin < 1.0 && near.iter().all(apart)) {
+                return false;
+            }
+            seen[i] = (to / distance, sin, cos);
+        }
+        true
     }
 
     /// What may come between the surfaces of a patch and the lights.

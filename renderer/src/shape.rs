@@ -162,6 +162,14 @@ impl Ball {
     }
 }
 
+/// See [`Ball::chord`]: of the ball whose centre is at `to_center` from where the rays start.
+#[inline(always)]
+pub fn chord<L: Lanes>(to_center: V3<L>, radius2: L::F, dir: V3<L>) -> (L::F, L::F) {
+    let along = to_center.dot(dir);
+    let off = dir.scale_add(-along, to_center);
+    (along, radius2 - off.dot(off))
+}
+
 /// A sphere in every lane, the same or another one in each.
 #[derive(Clone, Copy)]
 pub struct BallLanes<L: Lanes> {
@@ -181,10 +189,7 @@ impl<L: Lanes> BallLanes<L> {
     /// See [`Ball::chord`].
     #[inline(always)]
     pub fn chord(&self, origin: V3<L>, dir: V3<L>) -> (L::F, L::F) {
-        let to_center = self.center - origin;
-        let along = to_center.dot(dir);
-        let off = dir.scale_add(-along, to_center);
-        (along, self.radius2 - off.dot(off))
+        chord(self.center - origin, self.radius2, dir)
     }
 
     /// Nearest intersection beyond `t_min`; infinite if there is none.

@@ -35,7 +35,8 @@ struct LightPair(View);
 impl Pair for LightPair {
     #[inline(always)]
     fn sample<L: Lanes>(&self, l: L, random: &Numbers<L>) -> (V3<L>, L::M) {
-        self.0.lights.sample(l, V3::splat(l, self.0.p), random)
+        let aim = self.0.lights.sample(l, V3::splat(l, self.0.p), random);
+        (aim.wi, aim.valid)
     }
     #[inline(always)]
     fn density<L: Lanes>(&self, l: L, wi: V3<L>) -> L::F {

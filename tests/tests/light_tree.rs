@@ -44,7 +44,7 @@ const KINDS: [&str; 7] =
 
 /// More lights than are asked one by one, each of a radiance of its own.
 fn heap(kind: usize, random: &mut Random) -> Vec<Light> {
-    let count = 66 + random.below(600);
+    let count = 33 + random.below(600);
     let mut lights = Vec::new();
     for i in 0..count {
         let p = random.point(3.0);

@@ -97,6 +97,32 @@ fn heap(seed: u64) -> Scene {
     Scene { name: "heap".to_owned(), camera: camera(eye, target, fov), materials, shapes }
 }
 
+/// Up to 8 spheres that shine above a floor, from close to far, in groups that nearly touch or just overlap as seen from
+/// a point of it.
+fn lamps(seed: u64) -> Scene {
+    let mut random = Random(seed);
+    let materials = materials();
+    let corners = [[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]].map(|[x, z]| DVec3::new(x, -1.0, z));
+    let floor = mesh(&corners, vec![[0, 1, 2], [0, 2, 3]]);
+    let mut shapes = vec![shape(floor, Some(random.below(materials.len())), false)];
+    let seen = DVec3::new(random.unit() - 0.5, -1.0, random.unit() - 0.5) * 2.0 + DVec3::Y;
+    let up = |random: &mut Random| (random.point(1.0) + DVec3::Y * 1.5).normalize();
+    let mut last = (up(&mut random), 0.1);
+    for _ in 0..1 + random.below(8) {
+        let distance = [0.5, 1.0, 2.0, 8.0][random.below(4)];
+        let axis = if random.unit() < 0.5 { up(&mut random) } else { (last.0 + random.point(0.5)).normalize() };
+        let between = axis.angle_between(last.0);
+        let touching = between - last.1 + [-0.1, -0.01, -1e-4, 0.0, 1e-4, 0.01][random.below(6)];
+        let angle = if random.unit() < 0.5 { touching } else { 0.3 * random.unit() };
+        let angle = angle.clamp(0.002, 0.4);
+        shapes.push(shape(sphere(seen + axis * distance, distance * angle.sin()), None, true));
+        last = (axis, angle);
+    }
+    let eye = seen + up(&mut random) * [1.5, 6.0][random.below(2)];
+    let fov = [2.0, 10.0, 40.0][random.below(3)];
+    Scene { name: "lamps".to_owned(), camera: camera(eye, seen + DVec3::splat(1e-3), fov), materials, shapes }
+}
+
 /// The default scene in shapes that invite mistakes.
 fn edited() -> Vec<(String, Scene)> {
     let mut all = vec![("default".to_owned(), veach())];
@@ -129,7 +155,8 @@ fn edited() -> Vec<(String, Scene)> {
 fn lists_lose_nothing() {
     let mut scenes = edited();
     scenes.extend((0..depth(400, 20_000)).map(|seed| (format!("heap {seed}"), heap(seed))));
-    let (mut pictures, mut narrowed) = (0, 0);
+    scenes.extend((0..depth(400, 20_000)).map(|seed| (format!("lamps {seed}"), lamps(seed))));
+    let (mut pictures, mut narrowed, mut apart) = (0, 0, [0, 0]);
     for (number, (name, scene)) in scenes.into_iter().enumerate() {
         let side = if number < 16 { 96 } else { 32 };
         let strategy = Strategy::ALL[number % 4];
@@ -151,29 +178,42 @@ fn lists_lose_nothing() {
             let corner = |[x, y]: [u32; 2]| [x / 8 * 8, y / 8 * 8];
             let near = listed.patches.candidates(&listed.camera, corner(bounds.min), corner(bounds.max));
             narrowed += usize::from(near.surfaces.len() < everything.surfaces.len());
+            if name.starts_with("lamps") {
+                for x in (bounds.min[0]..bounds.max[0]).step_by(8) {
+                    let near = listed.near([x, bounds.min[1]]);
+                    apart[usize::from(near.lights_apart)] += usize::from(near.covered);
+                }
+            }
         }
     }
-    println!("{pictures} strips compared, {narrowed} of them with shorter lists");
+    println!(
+        "{pictures} strips compared, {narrowed} of them with shorter lists; of lamps, {} patches see no two in one \
+         direction, {} may",
+        apart[1], apart[0]
+    );
     // Else nothing has been tested.
     assert!(narrowed * 10 > pictures, "{narrowed} of {pictures} strips have shorter lists");
+    assert!(apart.iter().all(|&n| n > 500), "{apart:?} patches see lamps in one direction and apart");
 }
 
 #[test]
-fn most_patches_of_the_default_scene_see_one_surface_and_no_occluder() {
+fn most_patches_of_the_default_scene_see_one_surface_no_occluder_and_lights_apart() {
     let settings = Settings::default();
     let scene = BuiltScene::new(&veach(), &settings).expect("the default scene");
-    let (mut alone, mut open, mut all) = (0, 0, 0);
+    let (mut alone, mut open, mut apart, mut all) = (0, 0, 0, 0);
     for y in (0..800).step_by(8) {
         for x in (0..800).step_by(8) {
             let near = scene.patches.candidates(&scene.camera, [x, y], [x + 8, y + 8]);
             alone += usize::from(near.covered);
             open += usize::from(!near.may_be_blocked());
+            apart += usize::from(near.lights_apart);
             all += 1;
         }
     }
-    println!("of {all} patches {alone} see one surface, {open} have no occluder");
+    println!("of {all} patches {alone} see one surface, {open} have no occluder, {apart} see all lights apart");
     assert!(alone * 10 > all * 8, "only {alone} of {all} patches see one surface");
     assert!(open * 10 > all * 5, "only {open} of {all} patches have no occluder");
+    assert!(apart * 10 > all * 5, "only {apart} of {all} patches see all lights apart");
 }
 
 /// Where a scene is said to be clear, no surface comes near a ball light, not at its corners, on a grid of points or

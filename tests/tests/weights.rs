@@ -47,7 +47,7 @@ impl Task for Directions<'_> {
             let across = sphere(l, [random.get_1d(Dimension::Technique), random.get_1d(Dimension::Lobe)]);
             let wo = (n * l.f(1.001) + across).normalize(l);
             let wi = match i % 3 {
-                0 => self.view.lights.sample(l, p, &random).0,
+                0 => self.view.lights.sample(l, p, &random).wi,
                 1 => bsdf::sample(l, &s, wo, &random).0,
                 _ => sphere(l, random.get_2d(Dimension::Bsdf)),
             };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::lanes::Single;
-use mislab_renderer::light::{Light, LightShape, Lights};
+use mislab_renderer::light::{Aim, Light, LightShape, Lights};
 use mislab_renderer::sampler::{Dimension, Numbers};
 use mislab_renderer::{Geometry, Scene};
 use mislab_tests::experiment::{independent, veach};
@@ -297,7 +297,7 @@ fn azimuths_around_spheres_are_uniform() {
 #[test]
 fn without_lights_nothing_is_sampled() {
     let lights = Lights::new(Vec::new());
-    let (wi, valid) = lights.sample(Single, splat(Vec3::ZERO), &numbers(0));
+    let Aim { wi, valid, .. } = lights.sample(Single, splat(Vec3::ZERO), &numbers(0));
     assert!(!valid && d(wi).is_normalized());
     for distances in [false, true] {
         let sight = once::look(&lights, splat(Vec3::ZERO), splat(Vec3::Z), 1e-5, distances);

@@ -77,7 +77,8 @@ pub fn look(lights: &Lights, p: V3<Single>, wi: V3<Single>, t_min: f32, distance
 
 #[inline(never)]
 pub fn sample_light(lights: &Lights, p: V3<Single>, random: &Numbers<Single>) -> (V3<Single>, bool) {
-    lights.sample(Single, p, random)
+    let aim = lights.sample(Single, p, random);
+    (aim.wi, aim.valid)
 }
 
 #[inline(never)]
