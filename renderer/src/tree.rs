@@ -16,6 +16,8 @@
 //! of a packet lie above that of a ray. So no box that is passed over holds a primitive that would
 //! have won.
 
+use std::cell::Cell;
+
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -38,7 +40,7 @@ const TOGETHER: u32 = 10;
 /// So few rays in a node go on one by one.
 const ALONE: u32 = 2;
 
-/// Levels of nodes that follow the clusters of the builder. What lies deeper is cut into halves, so
+/// Levels of nodes that follow the clusters of the builder. What lies deeper is cut into equal shares, so
 /// that a tree has at most [`LEVELS`] levels, whatever its shape.
 const CLUSTERED: usize = 10;
 
@@ -129,14 +131,34 @@ pub(crate) struct Binary<'a> {
     ranges: Vec<[u32; 2]>,
     /// How many balls are among the first primitives.
     balls_before: Vec<u32>,
+    /// Nodes with children, each after both of its children.
+    upwards: Vec<u32>,
 }
+
+/// How the nodes of a [`Binary`] tree are best gathered into nodes of sixteen children.
+///
+/// Rays that enter a node look at all of its children with one instruction. So what a tree costs is the sum of the surface
+/// areas of nodes and leaves, each of which is how likely a ray enters it. The least sum there can be is found from the
+/// leaves upwards (Ylitie, Karras and Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide
+/// BVHs", section 3.1): what a binary node costs if it may take up to j children of the wide node above it, for each j. To
+/// cut the largest child again and again instead fills half as many children, and makes twice as many nodes.
+struct Gathering {
+    /// Index into `shares` of each node of the binary tree; [`WHOLE`] for those that are one child, whatever room there is.
+    rows: Vec<u32>,
+    /// How many of j + 1 children go to the first of the two nodes below; 0: the node is one child as a whole. In
+    /// the place of j = 0: how many if it becomes a node of its own, with all of its [`FAN`] children.
+    shares: Vec<[u8; FAN - 1]>,
+}
+
+/// See [`Gathering`].
+const WHOLE: u32 = u32::MAX;
 
 impl<'a> Binary<'a> {
     /// Over boxes, at least one; those from `first_ball` on are not mixed with others in a leaf.
     pub(crate) fn new(boxes: &'a [Aabb], first_ball: usize, leaf: usize) -> Self {
         let indices = (0..boxes.len() as u32).collect();
         let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-            PlocSearchDistance::Low,
+            PlocSearchDistance::High,
             boxes,
             indices,
             SortPrecision::U64,
@@ -145,6 +167,7 @@ impl<'a> Binary<'a> {
         ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
         let mut order = Vec::with_capacity(boxes.len());
         let mut ranges = vec![[0; 2]; tree.nodes.len()];
+        let mut upwards = Vec::with_capacity(tree.nodes.len() / 2);
         // Down on the way in, up on the way out: a node is there twice, the second time marked.
         const OUT: u32 = 1 << 31;
         let mut stack = vec![0];
@@ -153,6 +176,7 @@ impl<'a> Binary<'a> {
             let node = tree.nodes[id];
             if at & OUT != 0 {
                 ranges[id][1] = order.len() as u32 - ranges[id][0];
+                upwards.push(id as u32);
                 continue;
             }
             ranges[id] = [order.len() as u32, node.prim_count];
@@ -170,7 +194,7 @@ impl<'a> Binary<'a> {
             balls += u32::from(id as usize >= first_ball);
         }
         balls_before.push(balls);
-        Self { tree, boxes, leaf, order, ranges, balls_before }
+        Self { tree, boxes, leaf, order, ranges, balls_before, upwards }
     }
 
     fn part(&self, node: u32) -> Part {
@@ -194,38 +218,95 @@ impl<'a> Binary<'a> {
         part.count <= self.leaf && self.are_balls(part).is_some()
     }
 
-    /// Cuts a part in two.
-    fn cut(&self, part: &Part) -> [Part; 2] {
-        if let Some(node) = part.node.map(|node| self.tree.nodes[node as usize])
-            && node.prim_count == 0
-        {
-            return [self.part(node.first_index), self.part(node.first_index + 1)];
-        }
-        let half = part.count / 2;
-        [(part.first, half), (part.first + half, part.count - half)].map(|(first, count)| {
-            let mut bounds = Aabb::empty();
-            for &id in &self.order[first..first + count] {
-                bounds = bounds.union(&self.boxes[id as usize]);
-            }
-            Part { first, count, node: None, bounds }
-        })
+    /// The two nodes below one that has any.
+    fn below(&self, node: u32) -> [u32; 2] {
+        let first = self.tree.nodes[node as usize].first_index;
+        [first, first + 1]
     }
 
-    /// The children of a part: it is cut again and again, where the box is largest.
-    fn children(&self, part: Part) -> Vec<Part> {
-        let mut parts = vec![part];
+    /// The best way to gather the nodes.
+    fn gather(&self) -> Gathering {
+        let mut rows = vec![WHOLE; self.tree.nodes.len()];
+        let (mut shares, mut costs) = (Vec::new(), Vec::<[f32; FAN - 1]>::new());
+        for &node in &self.upwards {
+            let part = self.part(node);
+            if self.may_be_leaf(&part) {
+                continue;
+            }
+            let below = self.below(node).map(|node| match rows[node as usize] {
+                WHOLE => [self.part(node).bounds.half_area(); FAN - 1],
+                row => costs[row as usize],
+            });
+            // The cheapest of sharing `room` children. More room never costs more, so all of it is given away.
+            let cheapest = |room: usize| {
+                let mut best = (f32::INFINITY, room / 2);
+                for share in 1..room {
+                    let cost = below[0][share - 1] + below[1][room - share - 1];
+                    if cost < best.0 {
+                        best = (cost, share);
+                    }
+                }
+                best
+            };
+            let (open, share) = cheapest(FAN);
+            let whole = part.bounds.half_area() + open;
+            let (mut cost, mut best) = ([whole; FAN - 1], [0; FAN - 1]);
+            best[0] = share as u8;
+            for room in 2..FAN {
+                let (shared, share) = cheapest(room);
+                if shared < whole {
+                    cost[room - 1] = shared;
+                    best[room - 1] = share as u8;
+                }
+            }
+            rows[node as usize] = shares.len() as u32;
+            shares.push(best);
+            costs.push(cost);
+        }
+        Gathering { rows, shares }
+    }
+
+    /// The children of a part: those that are best if the binary tree is followed, else equal shares.
+    fn children(&self, part: Part, gathering: &Gathering) -> Vec<Part> {
         if self.may_be_leaf(&part) {
-            return parts;
+            return vec![part];
         }
-        while parts.len() < FAN {
-            let open = parts.iter().enumerate().filter(|(_, part)| !self.may_be_leaf(part));
-            let area = |part: &Part| part.bounds.half_area();
-            let Some((i, _)) = open.max_by(|(_, a), (_, b)| area(a).total_cmp(&area(b))) else { break };
-            let [a, b] = self.cut(&parts[i]);
-            parts[i] = a;
-            parts.insert(i + 1, b);
+        if let Some(node) = part.node
+            && let row = gathering.rows[node as usize]
+            && row != WHOLE
+        {
+            let mut children = Vec::with_capacity(FAN);
+            let share = usize::from(gathering.shares[row as usize][0]);
+            let [a, b] = self.below(node);
+            let mut todo = vec![(b, FAN - share), (a, share)];
+            while let Some((node, room)) = todo.pop() {
+                let row = gathering.rows[node as usize];
+                let share = match row {
+                    _ if room == 1 => 0,
+                    WHOLE => 0,
+                    row => usize::from(gathering.shares[row as usize][room - 1]),
+                };
+                if share == 0 {
+                    children.push(self.part(node));
+                } else {
+                    let [a, b] = self.below(node);
+                    todo.extend([(b, room - share), (a, share)]);
+                }
+            }
+            return children;
         }
-        parts
+        // Facets and balls are told apart one by one: few are ever left to this.
+        let least = if self.are_balls(&part).is_some() { part.count.div_ceil(self.leaf) } else { part.count };
+        let n = least.clamp(2, FAN);
+        let ends = (0..=n).map(|i| part.first + part.count * i / n);
+        ends.clone()
+            .zip(ends.skip(1))
+            .map(|(first, end)| {
+                let boxes = self.order[first..end].iter().map(|&id| self.boxes[id as usize]);
+                let bounds = boxes.fold(Aabb::empty(), |all, one| all.union(&one));
+                Part { first, count: end - first, node: None, bounds }
+            })
+            .collect()
     }
 
     /// The nodes of sixteen children, the second one on top of all; the first one has that as its only child. `leaf` makes
@@ -237,11 +318,12 @@ impl<'a> Binary<'a> {
             nodes[0].planes[axis][0] = f32::NEG_INFINITY;
             nodes[0].planes[axis + 3][0] = f32::INFINITY;
         }
+        let gathering = self.gather();
         let mut todo = vec![(1, self.part(0), 1)];
         while let Some((at, part, level)) = todo.pop() {
             let follow = level < CLUSTERED;
             let part = Part { node: part.node.filter(|_| follow), ..part };
-            let children = self.children(part);
+            let children = self.children(part, &gathering);
             let first_inner = todo.len();
             for (i, child) in children.iter().enumerate() {
                 let [min, max] = padded(&child.bounds);
@@ -348,7 +430,6 @@ struct Rays<L: Lanes> {
 }
 
 /// One ray, in all lanes.
-#[derive(Clone, Copy)]
 struct Ray<L: Lanes> {
     origin: V3<L>,
     dir: V3<L>,
@@ -361,13 +442,26 @@ struct Row([f32; FAN]);
 
 /// Children waiting to be looked at, the last one first.
 struct Waiting {
-    /// Where the first ray enters (as bits; the larger, the farther), then the child.
-    children: [u64; STACK],
-    /// Which rays of the packet.
+    /// Those of a packet: see [`child_key`], of where the first of its rays enters.
+    together: [u64; STACK],
+    /// Which of its rays.
     lanes: [u32; STACK],
+    /// Those of a ray by itself: see [`entry_key`].
+    alone: [u64; STACK],
 }
 
-/// Child `i` of a node, and where it is entered.
+impl Default for Waiting {
+    fn default() -> Self {
+        Self { together: [0; STACK], lanes: [0; STACK], alone: [0; STACK] }
+    }
+}
+
+thread_local! {
+    /// Kept from packet to packet: to clear it would take as long as a ray.
+    static WAITING: Cell<Option<Box<Waiting>>> = const { Cell::new(None) };
+}
+
+/// Child `i` of a node, and where it is entered (the larger, the farther).
 #[inline(always)]
 fn child_key(node: usize, i: usize, enters: f32) -> u64 {
     u64::from(enters.to_bits()) << 32 | (node * FAN + i) as u64
@@ -378,6 +472,19 @@ fn child_key(node: usize, i: usize, enters: f32) -> u64 {
 fn child_of_key(key: u64) -> (usize, usize, f32) {
     let child = key as u32 as usize;
     (child / FAN, child % FAN, f32::from_bits((key >> 32) as u32))
+}
+
+/// A child, as [`Node::child`] has it, and where it is entered. A ray by itself needs no more, and what it needs next
+/// does not wait for the node above to be read once more: a tenth faster.
+#[inline(always)]
+fn entry_key(child: u32, enters: f32) -> u64 {
+    u64::from(enters.to_bits()) << 32 | u64::from(child)
+}
+
+/// The inverse of [`entry_key`].
+#[inline(always)]
+fn child_of_entry_key(key: u64) -> (u32, f32) {
+    (key as u32, f32::from_bits((key >> 32) as u32))
 }
 
 /// `1 / d`, with zeros moved off zero so that no test multiplies zero by infinity.
@@ -418,10 +525,11 @@ impl Tree {
         inverse.y.store(h);
         inverse.z.store(i);
         let mut rays = Rays { origin, dir, inverse, best: Nearest { t: t_max, id: l.u(0) }, numbers };
-        let mut waiting = Waiting { children: [0; STACK], lanes: [0; STACK] };
+        let mut waiting = WAITING.take().unwrap_or_default();
         let zero = l.f(0.0);
         let negative = [inverse.x.lt(zero).bits(), inverse.y.lt(zero).bits(), inverse.z.lt(zero).bits()];
         let mut todo = t_max.ge(zero).bits();
+        let mut alone = 0;
         while todo != 0 {
             let first = todo.trailing_zeros();
             let mut octant = todo;
@@ -434,9 +542,11 @@ impl Tree {
             if octant.count_ones() >= TOGETHER {
                 self.walk_together::<L, ANY>(l, &mut rays, signs, octant, &mut waiting);
             } else {
-                self.walk_alone::<L, ANY>(l, &mut rays, signs, octant, (ROOT, &[0.0; FAN]), &mut waiting.children);
+                alone |= octant;
             }
         }
+        self.walk_alone::<L, ANY>(l, &mut rays, alone, (self.nodes[0].child[0], &[0.0; FAN]), &mut waiting.alone);
+        WAITING.set(Some(waiting));
         rays.best
     }
 
@@ -453,12 +563,12 @@ impl Tree {
         let beam = Beam::new(l, rays, signs, lanes);
         let Rays { origin, inverse, .. } = *rays;
         let (near, far) = beam.planes;
-        waiting.children[0] = ROOT;
+        waiting.together[0] = ROOT;
         waiting.lanes[0] = lanes;
         let mut depth = 1;
         while depth > 0 {
             depth -= 1;
-            let (node, i, enters) = child_of_key(waiting.children[depth]);
+            let (node, i, enters) = child_of_key(waiting.together[depth]);
             let asked = l.mask(waiting.lanes[depth]) & rays.best.t.ge(l.f(enters));
             if !asked.any() {
                 continue;
@@ -484,8 +594,8 @@ impl Tree {
             if bits.count_ones() <= ALONE {
                 let mut entered = [0.0; FAN];
                 enter.store(&mut entered);
-                let start = (child_key(node, i, 0.0), &entered);
-                self.walk_alone::<L, ANY>(l, rays, signs, bits, start, &mut waiting.children[depth..]);
+                let start = (child, &entered);
+                self.walk_alone::<L, ANY>(l, rays, bits, start, &mut waiting.alone);
             } else if child & INNER != 0 {
                 let at = (child >> KIND_BITS) as usize;
                 depth = self.push_children(l, at, bits, &beam, waiting, depth);
@@ -532,7 +642,7 @@ impl Tree {
         while todo != 0 {
             let i = todo.trailing_zeros() as usize;
             todo &= todo - 1;
-            insert(&mut waiting.children, bottom, depth, child_key(at, i, enters.0[i]));
+            insert(&mut waiting.together, bottom, depth, child_key(at, i, enters.0[i]));
             waiting.lanes[depth] = lanes;
             depth += 1;
         }
@@ -582,57 +692,59 @@ impl Tree {
         &self,
         l: L,
         rays: &mut Rays<L>,
-        signs: [bool; 3],
         mut lanes: u32,
-        start: (u64, &[f32; FAN]),
-        waiting: &mut [u64],
+        start: (u32, &[f32; FAN]),
+        waiting: &mut [u64; STACK],
     ) {
-        let (near, far) = near_and_far(signs);
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let numbers = &rays.numbers;
-            let ray = Ray {
-                origin: V3 { x: l.f(numbers[0][lane]), y: l.f(numbers[1][lane]), z: l.f(numbers[2][lane]) },
-                dir: V3 { x: l.f(numbers[3][lane]), y: l.f(numbers[4][lane]), z: l.f(numbers[5][lane]) },
-                inverse: V3 { x: l.f(numbers[6][lane]), y: l.f(numbers[7][lane]), z: l.f(numbers[8][lane]) },
-            };
+            let mut numbers = [0.0; 9];
+            for i in 0..9 {
+                numbers[i] = rays.numbers[i][lane];
+            }
+            let ray = Ray::new(l, &numbers);
+            let few = Ray::new(l.few(), &numbers);
+            let planes = near_and_far([numbers[6] < 0.0, numbers[7] < 0.0, numbers[8] < 0.0]);
             let mut best = (rays.best.t.lane(lane), rays.best.id.lane(lane));
-            waiting[0] = start.0 | u64::from(start.1[lane].to_bits()) << 32;
-            let mut depth = 1;
-            'ray: while depth > 0 {
-                depth -= 1;
-                let (mut node, mut i, mut enter) = child_of_key(waiting[depth]);
-                if enter > best.0 {
-                    continue;
-                }
-                // Down to a leaf, past children that have to wait.
-                loop {
-                    let child = self.nodes[node].child[i];
-                    if child & INNER == 0 {
-                        best = self.meet_alone::<L, ANY>(l, &ray, child, enter, best);
-                        if ANY && best.0 < 0.0 {
-                            break 'ray;
-                        }
-                        break;
+            let mut next = entry_key(start.0, start.1[lane]);
+            let mut depth = 0;
+            'ray: loop {
+                let (child, enter) = child_of_entry_key(next);
+                if child & INNER == 0 {
+                    best = self.meet_alone::<L::Few, ANY>(l.few(), &few, child, enter, best);
+                    if ANY && best.0 < 0.0 {
+                        break 'ray;
                     }
+                } else {
                     let at = (child >> KIND_BITS) as usize;
-                    let (mut todo, enters) = self.entered(l, at, &ray, [near, far], best.0);
-                    if todo == 0 {
+                    let (mut todo, enters) = self.entered(l, at, &ray, planes, best.0);
+                    if todo != 0 {
+                        // The nearest one next; the others have to wait.
+                        let children = &self.nodes[at].child;
+                        let first = todo.trailing_zeros() as usize;
+                        next = entry_key(children[first], enters.0[first]);
+                        todo &= todo - 1;
+                        while todo != 0 {
+                            let other = todo.trailing_zeros() as usize;
+                            todo &= todo - 1;
+                            let key = entry_key(children[other], enters.0[other]);
+                            waiting[depth] = key.max(next);
+                            next = key.min(next);
+                            depth += 1;
+                        }
+                        continue;
+                    }
+                }
+                loop {
+                    if depth == 0 {
+                        break 'ray;
+                    }
+                    depth -= 1;
+                    next = waiting[depth];
+                    if child_of_entry_key(next).1 <= best.0 {
                         break;
                     }
-                    let first = todo.trailing_zeros() as usize;
-                    let mut nearest = child_key(at, first, enters.0[first]);
-                    todo &= todo - 1;
-                    while todo != 0 {
-                        let other = todo.trailing_zeros() as usize;
-                        todo &= todo - 1;
-                        let key = child_key(at, other, enters.0[other]);
-                        waiting[depth] = key.max(nearest);
-                        nearest = key.min(nearest);
-                        depth += 1;
-                    }
-                    (node, i, enter) = child_of_key(nearest);
                 }
             }
             let here = l.mask(1 << lane);
@@ -643,7 +755,14 @@ impl Tree {
 
     /// The children (bit i is child i) that a ray enters nearer than `t_max` or just there, and where.
     #[inline(always)]
-    fn entered<L: Lanes>(&self, l: L, at: usize, ray: &Ray<L>, [near, far]: [[usize; 3]; 2], t_max: f32) -> (u32, Row) {
+    fn entered<L: Lanes>(
+        &self,
+        l: L,
+        at: usize,
+        ray: &Ray<L>,
+        (near, far): ([usize; 3], [usize; 3]),
+        t_max: f32,
+    ) -> (u32, Row) {
         let planes = &self.nodes[at].planes;
         let mut enters = Row([0.0; FAN]);
         let mut entered = 0;
@@ -716,6 +835,19 @@ impl Tree {
             k += L::N;
         }
         best
+    }
+}
+
+impl<L: Lanes> Ray<L> {
+    /// From origin, direction and inverse.
+    #[inline(always)]
+    fn new(l: L, numbers: &[f32; 9]) -> Self {
+        let [ox, oy, oz, dx, dy, dz, ix, iy, iz] = *numbers;
+        Self {
+            origin: V3 { x: l.f(ox), y: l.f(oy), z: l.f(oz) },
+            dir: V3 { x: l.f(dx), y: l.f(dy), z: l.f(dz) },
+            inverse: V3 { x: l.f(ix), y: l.f(iy), z: l.f(iz) },
+        }
     }
 }
 
@@ -836,4 +968,98 @@ fn insert(children: &mut [u64], bottom: usize, top: usize, key: u64) {
         at -= 1;
     }
     children[at] = key;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes scattered by multiples of the golden ratio and the like, of all sizes.
+    fn boxes(n: usize, seed: f32) -> Vec<Aabb> {
+        let part = |i: usize, by: f32| (i as f32 * by + seed).fract();
+        let corner = |i| Vec3A::new(part(i, 0.618_034), part(i, 0.754_877_7), part(i, 0.569_840_3)) * 4.0;
+        let size = |i| Vec3A::new(part(i, 0.8191), part(i, 0.6711), part(i, 0.5497)) * (0.05 + part(i, 0.415) * 2.0);
+        (0..n).map(|i| Aabb::new(corner(i), corner(i) + size(i))).collect()
+    }
+
+    /// Sum of the areas of all nodes and leaves below a part, and number of levels.
+    fn cost(binary: &Binary<'_>, gathering: &Gathering, part: Part) -> (f64, usize) {
+        let children = binary.children(part, gathering);
+        assert!(children.len() <= FAN);
+        let (mut sum, mut levels) = (0.0, 0);
+        for child in children {
+            sum += f64::from(child.bounds.half_area());
+            if !binary.may_be_leaf(&child) {
+                let (below, deep) = cost(binary, gathering, child);
+                sum += below;
+                levels = levels.max(deep);
+            }
+        }
+        (sum, levels + 1)
+    }
+
+    /// The least such sum of all ways to give a wide node exactly 1, 2, ... children from one binary node; the first is
+    /// that of the node as a whole.
+    fn least_costs(binary: &Binary<'_>, node: u32) -> Vec<f64> {
+        let part = binary.part(node);
+        let area = f64::from(part.bounds.half_area());
+        if binary.may_be_leaf(&part) {
+            return vec![area];
+        }
+        let [a, b] = binary.below(node).map(|node| least_costs(binary, node));
+        let mut least = vec![f64::INFINITY; FAN.min(a.len() + b.len())];
+        for (i, a) in a.iter().enumerate() {
+            for (j, b) in b.iter().enumerate().take_while(|(j, _)| i + j + 2 <= FAN) {
+                least[i + j + 1] = least[i + j + 1].min(a + b);
+            }
+        }
+        least[0] = area + least[1..].iter().copied().fold(f64::INFINITY, f64::min);
+        least
+    }
+
+    #[test]
+    fn no_other_gathering_costs_less() {
+        // Leaves of one box, of up to three, and boxes that must not be mixed.
+        let mut heaps = Vec::new();
+        for (n, first_ball, leaf) in [(18, 18, 1), (300, 300, 1), (800, 800, 3), (900, 300, 8)] {
+            heaps.extend([0.0, 0.1234, 0.2468].map(|seed| (boxes(n, seed), first_ball, leaf)));
+        }
+        // Room that nobody can use: a place for sixteen blocks, of which there are fifteen, each best left whole.
+        let cell = |i| Vec3A::new((i % 4) as f32, (i / 4 % 4) as f32, 0.0) + Vec3A::X * (i / 16 * 100) as f32;
+        heaps.push(((0..15 * 16).map(|i| Aabb::new(cell(i), cell(i) + 1.0)).collect(), 15 * 16, 1));
+        for (boxes, first_ball, leaf) in heaps {
+            let n = boxes.len();
+            let binary = Binary::new(&boxes, first_ball, leaf);
+            let top = binary.part(0);
+            let (found, levels) = cost(&binary, &binary.gather(), top);
+            assert!(levels < CLUSTERED, "the binary tree is followed everywhere");
+            let least = least_costs(&binary, 0)[0] - f64::from(top.bounds.half_area());
+            assert!((found - least).abs() < 1e-5 * least, "{n} boxes, {leaf} to a leaf: {found} and {least}");
+        }
+    }
+
+    #[test]
+    fn a_tree_has_no_more_levels_than_there_is_room_for() {
+        // Each box half as large and as far off as the one before: a binary tree over these is a chain.
+        let chain = (0..250).map(|i| 2.0f32.powi(i - 125)).map(|s| Aabb::new(Vec3A::splat(s), Vec3A::splat(1.5 * s)));
+        let chain: Vec<Aabb> = chain.collect();
+        let flat = vec![Aabb::new(Vec3A::ZERO, Vec3A::ONE); 5000];
+        for (boxes, first_ball, leaf) in
+            [(&chain, 250, 1), (&chain, 100, 8), (&flat, 5000, 1), (&flat, 2500, 8), (&boxes(5000, 0.3), 2000, 8)]
+        {
+            let nodes = Binary::new(boxes, first_ball, leaf).collapse(|_, _| 0);
+            let mut levels = vec![0; nodes.len()];
+            for (i, node) in nodes.iter().enumerate() {
+                for child in node.child.into_iter().filter(|child| child & INNER != 0) {
+                    levels[(child >> KIND_BITS) as usize] = levels[i] + 1;
+                }
+            }
+            let most = levels.into_iter().max().unwrap_or(0);
+            assert!(most <= LEVELS, "{most} levels over {} boxes", boxes.len());
+        }
+        // The chain goes deeper than the binary tree is followed, so that the bound means something.
+        let binary = Binary::new(&chain, 250, 1);
+        let (_, levels) = cost(&binary, &binary.gather(), binary.part(0));
+        assert!(levels > CLUSTERED, "{levels} levels");
+    }
 }

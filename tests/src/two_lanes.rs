@@ -29,8 +29,12 @@ impl Lanes for Two {
     type U = Integers;
     type M = Truths;
     type Part = Self;
+    type Few = Self;
 
     fn part(self) -> Self {
+        self
+    }
+    fn few(self) -> Self {
         self
     }
     fn f(self, v: f32) -> Floats {
