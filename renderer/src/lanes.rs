@@ -390,8 +390,8 @@ fn lookup_in_vector<S: Simd>(l: Wide<S>, table: &[f32; SHORT], count: usize, ind
 #[inline(always)]
 fn lookup_by_comparing<L: Lanes>(l: L, table: &[f32; SHORT], count: usize, index: L::U) -> L::F {
     let mut v = l.f(table[0]);
-    for i in 1..count.min(SHORT) {
-        v = index.eq(l.u(i as u32)).select(l.f(table[i]), v);
+    for (&number, i) in table[..count.min(SHORT)].iter().zip(0..).skip(1) {
+        v = index.eq(l.u(i)).select(l.f(number), v);
     }
     v
 }

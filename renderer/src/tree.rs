@@ -700,8 +700,8 @@ impl Tree {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let mut numbers = [0.0; 9];
-            for i in 0..9 {
-                numbers[i] = rays.numbers[i][lane];
+            for (number, of_all) in numbers.iter_mut().zip(&rays.numbers) {
+                *number = of_all[lane];
             }
             let ray = Ray::new(l, &numbers);
             let few = Ray::new(l.few(), &numbers);
