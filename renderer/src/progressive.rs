@@ -121,7 +121,9 @@ struct Core {
 struct PictureState {
     id: u64,
     generation: u64,
-    mailbox: Option<Request>,
+    /// What was asked for last, whatever has become of it.
+    request: Option<Arc<Request>>,
+    mailbox: Option<Arc<Request>>,
     building: bool,
     job: Option<Job>,
     /// The last scene built, whose geometry the next one may share.
@@ -141,7 +143,7 @@ enum Task {
     Build {
         picture: u64,
         generation: u64,
-        request: Request,
+        request: Arc<Request>,
     },
     Tile(TileTask),
     /// Nothing, but a frame was published.
@@ -196,6 +198,7 @@ impl Renderer {
         core.pictures.push(PictureState {
             id,
             generation: 0,
+            request: None,
             mailbox: None,
             building: false,
             job: None,
@@ -261,14 +264,16 @@ impl Picture {
     /// Replaces the request; the latest wins. Returns its generation at once.
     /// If only the spp target changed, rendering goes on from where it is.
     pub fn submit(&self, request: Request) -> u64 {
+        let request = Arc::new(request);
         self.with(|p| {
+            p.request = Some(request.clone());
             if p.mailbox.is_none()
                 && let Some(job) = &mut p.job
                 && job.generation == p.generation
                 && job.request.same_samples(&request)
                 && request.target().is_none_or(|n| n >= job.samples + job.pass.as_ref().map_or(0, |pass| pass.count))
             {
-                job.request = Arc::new(request);
+                job.request = request;
                 // The frame on show was made with another target: let it be replaced.
                 job.published = 0;
                 return p.generation;
@@ -284,11 +289,8 @@ impl Picture {
     /// Starts the same request again from the first sample.
     pub fn restart(&self) -> u64 {
         self.with(|p| {
-            if p.mailbox.is_none()
-                && let Some(job) = &p.job
-            {
-                p.mailbox = Some((*job.request).clone());
-            }
+            // Not that of the job: it is an older one while a scene is built.
+            p.mailbox = p.request.clone();
             p.generation += 1;
             p.error = None;
             p.worker_panics = 0;
@@ -387,7 +389,7 @@ impl Shared {
     }
 
     /// Builds a scene; true if there is news for the window.
-    fn build(&self, picture: u64, generation: u64, request: Request) -> bool {
+    fn build(&self, picture: u64, generation: u64, request: Arc<Request>) -> bool {
         let known: Vec<_> = self.lock().pictures.iter().filter_map(|p| p.built.clone()).collect();
         let built = catch_unwind(|| BuiltScene::with_known(&request.scene, &request.settings, &known).map(Arc::new))
             .unwrap_or_else(|panic| Err(Error::Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
@@ -404,7 +406,7 @@ impl Shared {
         p.building = false;
         p.retire_job();
         match built {
-            Ok(scene) => p.job = Some(Job::new(generation, Arc::new(request), scene)),
+            Ok(scene) => p.job = Some(Job::new(generation, request, scene)),
             Err(error) => p.error = Some(error.to_string()),
         }
         drop(core);

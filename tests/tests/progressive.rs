@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use mislab_renderer::{
     Channel, Frame, Geometry, Pace, Picture, Renderer, Request, Settings, State, Strategy, pbrt, render,
 };
@@ -181,6 +182,50 @@ fn restarting_gives_the_same_bits() {
     let generation = picture.restart();
     wait("the restarted frame", || picture.latest().is_some_and(|f| f.generation() == generation && f.spp() == 6));
     assert_eq!(bits(&once), bits(&picture.latest().unwrap()));
+}
+
+/// A scene that takes a while to build: a thousand by a hundred steps of a stair.
+fn slow_to_build(spp: u32) -> Request {
+    const WIDE: u32 = 1000;
+    const DEEP: u32 = 100;
+    let corner = |i: u32| {
+        let (x, z) = (i % (WIDE + 1), i / (WIDE + 1));
+        Vec3::new(x as f32, ((x + z) % 3) as f32, z as f32) * 0.01
+    };
+    let corners = |i: u32| {
+        let at = i / WIDE * (WIDE + 1) + i % WIDE;
+        [[at, at + 1, at + WIDE + 1], [at + 1, at + WIDE + 2, at + WIDE + 1]]
+    };
+    let mut r = request(32, Some(spp));
+    let mut scene = (*r.scene).clone();
+    scene.shapes[0].geometry = Geometry::Mesh {
+        positions: Arc::new((0..(WIDE + 1) * (DEEP + 1)).map(corner).collect()),
+        triangles: Arc::new((0..WIDE * DEEP).flat_map(corners).collect()),
+    };
+    r.scene = Arc::new(scene);
+    r
+}
+
+#[test]
+fn restarting_while_a_scene_is_built_restarts_that_scene() {
+    let slow = slow_to_build(2);
+    let expected = bits(&render(&slow, 1, &mut |_| true).unwrap());
+    for (quick, milliseconds) in [(None, 1), (Some(request(32, Some(2))), 1), (None, 15), (Some(request(32, None)), 15)]
+    {
+        let renderer = Renderer::new(2, || {});
+        let picture = renderer.add_picture();
+        if let Some(quick) = quick {
+            picture.submit(quick);
+            wait("a first frame", || picture.latest().is_some());
+        }
+        picture.submit(slow.clone());
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        assert_eq!(picture.status().state, State::Building, "the scene is too small for this test");
+        let generation = picture.restart();
+        let frame = finished(&picture);
+        assert_eq!(frame.generation(), generation);
+        assert_eq!(bits(&frame), expected);
+    }
 }
 
 #[test]
