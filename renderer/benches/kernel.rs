@@ -30,18 +30,18 @@ fn tile(bencher: Bencher<'_, '_>, how: Lanewise, strategy: Strategy, kind: Sampl
     });
 }
 
-#[divan::bench(args = Strategy::ALL)]
-fn strategies(bencher: Bencher<'_, '_>, strategy: Strategy) {
-    tile(bencher, Lanewise::best(), strategy, SamplerKind::Stratified);
+/// Every level of this machine with every strategy.
+fn levels_and_strategies() -> impl Iterator<Item = (&'static str, Strategy)> {
+    Lanewise::all().into_iter().flat_map(|how| Strategy::ALL.map(|strategy| (how.name(), strategy)))
+}
+
+#[divan::bench(args = levels_and_strategies())]
+fn levels(bencher: Bencher<'_, '_>, (name, strategy): (&str, Strategy)) {
+    let how = Lanewise::all().into_iter().find(|how| how.name() == name).expect("a level of this machine");
+    tile(bencher, how, strategy, SamplerKind::Stratified);
 }
 
 #[divan::bench(args = SamplerKind::ALL)]
 fn samplers(bencher: Bencher<'_, '_>, kind: SamplerKind) {
     tile(bencher, Lanewise::best(), Strategy::Mis, kind);
-}
-
-#[divan::bench(args = Lanewise::all().into_iter().map(Lanewise::name))]
-fn levels(bencher: Bencher<'_, '_>, name: &str) {
-    let how = Lanewise::all().into_iter().find(|how| how.name() == name).expect("a level of this machine");
-    tile(bencher, how, Strategy::Mis, SamplerKind::Stratified);
 }
