@@ -251,7 +251,7 @@ trait Now: Future<Output = Option<wgpu::Error>> + Sized {
 impl<F: Future<Output = Option<wgpu::Error>>> Now for F {}
 
 fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
-    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::FRAGMENT, ty, count: None }
+    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::VERTEX_FRAGMENT, ty, count: None }
 }
 
 fn texture_type(filterable: bool, view_dimension: wgpu::TextureViewDimension) -> wgpu::BindingType {

@@ -15,9 +15,11 @@ const SLICE: f64 = 2e-3;
 /// Shortest time between two frames of a picture, in seconds, once the first few are out. Noise melts
 /// smoothly at this rate; more frames would take the time of samples where the window is drawn in software.
 const FRAME_INTERVAL: f64 = 1.0 / 30.0;
-/// Longest time that a frame waits for the last one to be drawn, in seconds; after it, one that nobody has come for counts
-/// as one that nobody wants.
-const PATIENCE: f64 = 0.1;
+/// Longest time that a frame waits while somebody holds the last one, in seconds. A window gains nothing from a frame that
+/// comes while it still draws, however slowly; whoever keeps one for longer saves it or compares with it.
+const PATIENCE: f64 = 0.5;
+/// Time after which a frame that nobody has come for counts as one that nobody wants, in seconds.
+const ATTENTION: f64 = 0.1;
 /// Samples per pixel up to which every pass is a frame.
 const FIRST_FRAMES: u32 = 4;
 
@@ -83,7 +85,7 @@ impl Job {
     pub(crate) fn burst(&self, taken: bool) -> u32 {
         let per_sample = self.render_seconds / f64::from(self.samples);
         let per_tile = self.cpu_seconds / f64::from(self.samples) / self.rects.len() as f64;
-        let wanted = taken || self.since_publish(Instant::now()) < PATIENCE;
+        let wanted = taken || self.since_publish(Instant::now()) < ATTENTION;
         let interval = if wanted { FRAME_INTERVAL } else { f64::INFINITY };
         let fitting = (interval / per_sample).min(SLICE / per_tile).clamp(1.0, 4096.0) as u32;
         let left = self.request.target().unwrap_or(u32::MAX) - self.samples;
