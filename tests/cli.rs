@@ -510,8 +510,8 @@ fn the_table_in_all_formats_with_its_pictures() {
         ("veachMIS_MIS", "mis", 64),
     ] {
         let restored = snapshot::restore(&folder.join(format!("{file}.exr"))).expect("a snapshot");
-        assert_eq!(restored.request.settings.strategy.name(), strategy);
-        assert_eq!((restored.spp, restored.request.settings.resolution), (spp, [24, 24]));
+        assert_eq!(restored.request.settings.estimator.strategy.name(), strategy);
+        assert_eq!((restored.spp, restored.request.settings.image.resolution), (spp, [24, 24]));
     }
 
     let csv = place.run("table --size 24x24 --format csv --quiet");

@@ -72,7 +72,7 @@ impl Lab {
     #[track_caller]
     fn settle(&mut self) {
         self.until("the finished picture", |lab| {
-            let target = lab.document().settings.spp.map_or(1, |n| n.get());
+            let target = lab.document().settings.sampling.spp.map_or(1, |n| n.get());
             lab.app().engine().current_frame().is_some_and(|f| f.spp() >= target)
         });
         self.harness.step();
@@ -153,13 +153,13 @@ fn keys_and_buttons_choose_the_strategy() {
     let names = ["Light", "BSDF", "MIS, both", "MIS, one"];
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
         lab.key(Modifiers::NONE, [Key::Num1, Key::Num2, Key::Num3, Key::Num4][index]);
-        assert_eq!(lab.document().settings.strategy, strategy);
+        assert_eq!(lab.document().settings.estimator.strategy, strategy);
         lab.settle();
         assert!(lab.has(&format!("Caption: {}", names[index])), "the caption names the strategy on screen");
     }
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
         lab.click(&format!("{} {}", index + 1, names[index]));
-        assert_eq!(lab.document().settings.strategy, strategy);
+        assert_eq!(lab.document().settings.estimator.strategy, strategy);
     }
 }
 
@@ -180,11 +180,11 @@ fn c_matters_to_one_strategy_only() {
     let mut lab = Lab::new();
     lab.key(Modifiers::NONE, Key::Num4);
     lab.slide("c", 0.2);
-    assert_eq!(lab.document().settings.light_prob, 0.2);
+    assert_eq!(lab.document().settings.estimator.light_prob, 0.2);
     lab.double_click(Role::Slider, "c");
-    assert_eq!(lab.document().settings.light_prob, 0.5, "a double click resets");
+    assert_eq!(lab.document().settings.estimator.light_prob, 0.5, "a double click resets");
     lab.type_number("c value", 0.75);
-    assert_eq!(lab.document().settings.light_prob, 0.75);
+    assert_eq!(lab.document().settings.estimator.light_prob, 0.75);
     lab.key(Modifiers::NONE, Key::Num3);
     let slider = lab.harness.get_by_role_and_label(Role::Slider, "c");
     assert!(slider.accesskit_node().is_disabled(), "c is of no use to mis_all");
@@ -200,19 +200,19 @@ fn weights_and_sampler() {
         ("Heuristic: Balance", Heuristic::Balance),
     ] {
         lab.click(label);
-        assert_eq!(lab.document().settings.heuristic, heuristic);
+        assert_eq!(lab.document().settings.estimator.heuristic, heuristic);
     }
     lab.key(Modifiers::NONE, Key::Num4);
     lab.click("One-sample weights: Tutorial");
-    assert_eq!(lab.document().settings.weights, OneSampleWeights::Tutorial);
+    assert_eq!(lab.document().settings.estimator.weights, OneSampleWeights::Tutorial);
     lab.click("Sampler: Sobol");
-    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Sobol);
+    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Sobol);
     lab.click("Sampler: Random");
-    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Independent);
+    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Independent);
     lab.click("Sampler: Stratified");
-    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Stratified);
+    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Stratified);
     lab.click("jitter");
-    assert!(!lab.document().settings.sampler.jitter);
+    assert!(!lab.document().settings.sampling.sampler.jitter);
 }
 
 #[test]
@@ -220,23 +220,23 @@ fn the_target_and_the_seed() {
     let mut lab = Lab::new();
     lab.click("Samples per pixel");
     lab.click("36  =  6 \u{d7} 6");
-    assert_eq!(lab.document().settings.spp.map(|n| n.get()), Some(36));
-    assert_eq!(lab.document().settings.sampler.strata, [6, 6], "all strata are used");
+    assert_eq!(lab.document().settings.sampling.spp.map(|n| n.get()), Some(36));
+    assert_eq!(lab.document().settings.sampling.sampler.strata, [6, 6], "all strata are used");
     lab.settle();
     assert!(lab.has("36 / 36 spp"));
     lab.click("Samples per pixel");
     lab.click("endless");
-    assert_eq!(lab.document().settings.spp, None);
+    assert_eq!(lab.document().settings.sampling.spp, None);
     lab.until("more than the old target", |lab| lab.app().engine().current_frame().is_some_and(|f| f.spp() > 40));
 
     lab.apply(Command::SetSpp(SppTarget::passes(2)));
     lab.settle();
     let before = lab.app().engine().generation();
     lab.type_number("Seed", 7.0);
-    assert_eq!(lab.document().settings.seed, 7);
+    assert_eq!(lab.document().settings.sampling.seed, 7);
     assert!(lab.app().engine().generation() > before, "another seed is another picture");
     lab.click("next");
-    assert_eq!(lab.document().settings.seed, 8);
+    assert_eq!(lab.document().settings.sampling.seed, 8);
 }
 
 #[test]
@@ -401,9 +401,9 @@ fn an_old_picture_is_never_passed_off_as_the_new_one() {
     for key in [Key::Num1, Key::Num2, Key::Num3] {
         lab.harness.key_press(key);
         for _ in 0..4 {
-            strategies.insert(lab.app().engine().generation(), lab.document().settings.strategy);
+            strategies.insert(lab.app().engine().generation(), lab.document().settings.estimator.strategy);
             lab.harness.step();
-            strategies.insert(lab.app().engine().generation(), lab.document().settings.strategy);
+            strategies.insert(lab.app().engine().generation(), lab.document().settings.estimator.strategy);
             let shown = strategies[&lab.app().engine().shown().expect("there is a picture")];
             let name =
                 ["Light", "BSDF", "MIS, both", "MIS, one"][Strategy::ALL.iter().position(|s| *s == shown).unwrap()];
@@ -482,7 +482,11 @@ fn a_path_can_be_typed() {
     lab.harness.step();
     lab.harness.key_press(Key::Enter);
     lab.until("the file", |lab| lab.document().opened.path.as_deref() == Some(other.as_path()));
-    assert_eq!(lab.document().settings.strategy, Strategy::MisAll, "digits of the path are not keys of strategies");
+    assert_eq!(
+        lab.document().settings.estimator.strategy,
+        Strategy::MisAll,
+        "digits of the path are not keys of strategies"
+    );
 }
 
 #[test]
@@ -630,7 +634,7 @@ fn the_palette_finds_commands() {
     lab.harness.step();
     lab.harness.key_press(Key::Enter);
     lab.harness.run_steps(2);
-    assert_eq!(lab.document().settings.sampler.kind, SamplerKind::Sobol);
+    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Sobol);
     assert!(lab.harness.query_by_label("Command").is_none(), "done is gone");
 }
 

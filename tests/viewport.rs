@@ -11,7 +11,7 @@ use mislab::film_texture::Planes;
 use mislab::tone::{filmic, srgb_encode, surround, tone_map};
 use mislab::view_state::{Geometry, Placement, ToneMap, ViewState};
 use mislab::viewport::{Viewport, ViewportResponse, legend_overlay, planes_to_rgba8, render_to_rgba8};
-use mislab_renderer::{Layer, PixelRect, Request, Settings};
+use mislab_renderer::{ImageSettings, Layer, PixelRect, Request, Sampling, Settings};
 
 const SIZE: [u32; 2] = [96, 64];
 
@@ -525,8 +525,12 @@ fn absurd_stored_numbers_still_give_a_picture() {
 #[test]
 fn a_frame_of_the_renderer_is_shown_layer_by_layer() {
     let file = mislab_renderer::pbrt::embedded_scene();
-    let settings = Settings { resolution: [60, 40], spp: NonZeroU32::new(4), ..Settings::default() };
-    let crop = Settings { crop: [0.25, 0.75, 0.5, 1.0], ..settings.clone() };
+    let settings = Settings {
+        sampling: Sampling { spp: NonZeroU32::new(4), ..Sampling::default() },
+        image: ImageSettings { resolution: [60, 40], ..ImageSettings::default() },
+        ..Settings::default()
+    };
+    let crop = Settings { image: ImageSettings { crop: [0.25, 0.75, 0.5, 1.0], ..settings.image }, ..settings.clone() };
     for settings in [settings, crop] {
         let bounds = settings.pixel_bounds();
         let request = Request { scene: Arc::new(file.scene.clone()), settings };

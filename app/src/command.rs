@@ -192,23 +192,23 @@ impl Command {
     pub fn edit(&self, document: &mut Document) {
         let Document { opened, scene, settings, view } = document;
         match *self {
-            Self::SetStrategy(strategy) => settings.strategy = strategy,
-            Self::SetLightProb(c) => settings.light_prob = c.clamp(0.0, 1.0),
-            Self::SetHeuristic(heuristic) => settings.heuristic = heuristic,
-            Self::SetWeights(weights) => settings.weights = weights,
+            Self::SetStrategy(strategy) => settings.estimator.strategy = strategy,
+            Self::SetLightProb(c) => settings.estimator.light_prob = c.clamp(0.0, 1.0),
+            Self::SetHeuristic(heuristic) => settings.estimator.heuristic = heuristic,
+            Self::SetWeights(weights) => settings.estimator.weights = weights,
             Self::SetSampler(kind) => {
-                settings.sampler.kind = kind;
-                fit_strata(&mut settings.sampler, settings.spp);
+                settings.sampling.sampler.kind = kind;
+                fit_strata(&mut settings.sampling.sampler, settings.sampling.spp);
             }
-            Self::SetJitter(jitter) => settings.sampler.jitter = jitter,
+            Self::SetJitter(jitter) => settings.sampling.sampler.jitter = jitter,
             Self::SetSpp(target) => {
-                settings.spp = match target {
+                settings.sampling.spp = match target {
                     SppTarget::Passes(n) => Some(n),
                     SppTarget::Endless => None,
                 };
-                fit_strata(&mut settings.sampler, settings.spp);
+                fit_strata(&mut settings.sampling.sampler, settings.sampling.spp);
             }
-            Self::SetSeed(seed) => settings.seed = seed,
+            Self::SetSeed(seed) => settings.sampling.seed = seed,
             Self::SetAlpha(material, alpha) => {
                 let scene = Arc::make_mut(scene);
                 if let Some(a) = scene.materials.get_mut(material).and_then(|m| m.bsdf.alpha_mut()) {

@@ -44,7 +44,7 @@ impl Planes {
         let (bounds, channels) = (frame.bounds(), layer.channels());
         let mut data = vec![0.0; channels.len() * bounds.area()];
         frame.resolve(channels, &mut data);
-        Self::new(layer, bounds, frame.request().settings.resolution, data)
+        Self::new(layer, bounds, frame.request().settings.image.resolution, data)
     }
 
     /// What the numbers are.

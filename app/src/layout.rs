@@ -56,7 +56,7 @@ fn strategy_bar(app: &MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
     let height = if scale == TypeScale::Hall { 88.0 } else { 52.0 };
     Panel::top("strategy bar").exact_size(height).frame(bar_frame(ui)).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
-            let default_c = app.document.opened.settings.light_prob;
+            let default_c = app.document.opened.settings.estimator.light_prob;
             strategy::bar_ui(ui, &app.document.settings, default_c, scale, out);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 menu::menu_ui(ui, &app.prefs, app.history.can_undo(), app.history.can_redo(), out);
@@ -165,7 +165,7 @@ fn picture(app: &mut MisLabApp, ui: &mut Ui, out: &mut Vec<Command>) {
 fn hovered_things(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, on_rim: Option<Target>) {
     let (Some(geometry), Some(frame)) = (app.geometry, app.engine.frame()) else { return };
     let scene = &app.document.scene;
-    let projector = Projector::new(scene, frame.request().settings.resolution);
+    let projector = Projector::new(scene, frame.request().settings.image.resolution);
     let under_mouse = || {
         let at = app.pixel?.map(|i| i as f32 + 0.5);
         Target::of_shape(scene, projector.pick(scene, at)?)
@@ -192,7 +192,7 @@ fn light_rim(app: &mut MisLabApp, ui: &Ui, rect: egui::Rect, out: &mut Vec<Comma
     let scene = &app.document.scene;
     let id = ui.scope_id().with("light rim");
     let dragged = app.dragged_light.filter(|_| ui.ctx().is_being_dragged(id));
-    let projector = Projector::new(scene, app.document.settings.resolution);
+    let projector = Projector::new(scene, app.document.settings.image.resolution);
     // The middle of a light's outline on screen, and its radius there.
     let outline = |shape: usize| {
         let [min, max] = projector.bounds(scene, Target::Light(shape))?;

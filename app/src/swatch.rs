@@ -40,7 +40,7 @@ impl Swatches {
         self.key = Some(key);
         self.made = Some(Instant::now());
         let scene = &frame.request().scene;
-        let projector = Projector::new(scene, frame.request().settings.resolution);
+        let projector = Projector::new(scene, frame.request().settings.image.resolution);
         for index in 0..scene.materials.len() {
             let target = Target::Material(index);
             if scene.materials[index].bsdf.alpha().is_none() {

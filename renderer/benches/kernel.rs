@@ -5,7 +5,7 @@ use divan::counter::ItemsCount;
 use mislab_renderer::build::BuiltScene;
 use mislab_renderer::film::Tile;
 use mislab_renderer::kernel::{Lanewise, render_tile};
-use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Settings, Strategy, pbrt};
+use mislab_renderer::{Estimator, PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy, pbrt};
 
 fn main() {
     divan::main();
@@ -17,7 +17,11 @@ const BURST: u32 = 8;
 /// A tile across the plates, the floor and the wall behind them.
 fn tile(bencher: Bencher<'_, '_>, how: Lanewise, strategy: Strategy, kind: SamplerKind) {
     let base = Settings::default();
-    let settings = Settings { strategy, sampler: SamplerSettings { kind, ..base.sampler }, ..base };
+    let settings = Settings {
+        estimator: Estimator { strategy, ..base.estimator },
+        sampling: Sampling { sampler: SamplerSettings { kind, ..base.sampling.sampler }, ..base.sampling },
+        ..base
+    };
     let scene = BuiltScene::new(&pbrt::embedded_scene().scene, &settings).expect("the scene can be built");
     let bounds = PixelRect { min: [0, 480], max: [800, 488] };
     let paths = 800 * 8 * BURST * strategy.rays_per_sample();

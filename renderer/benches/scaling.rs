@@ -7,7 +7,9 @@ use std::sync::Arc;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use glam::Vec3;
-use mislab_renderer::{Geometry, Light, Request, Scene, Settings, Shape, Strategy, pbrt, render};
+use mislab_renderer::{
+    Estimator, Geometry, ImageSettings, Light, Request, Sampling, Scene, Settings, Shape, Strategy, pbrt, render,
+};
 
 fn main() {
     divan::main();
@@ -15,7 +17,11 @@ fn main() {
 
 /// Renders one picture of `side` squared pixels, `spp` samples each, the building of the scene included.
 fn picture(bencher: Bencher<'_, '_>, scene: Scene, strategy: Strategy, side: u32, spp: u32, threads: usize) {
-    let settings = Settings { strategy, spp: NonZeroU32::new(spp), resolution: [side; 2], ..Settings::default() };
+    let settings = Settings {
+        estimator: Estimator { strategy, ..Estimator::default() },
+        sampling: Sampling { spp: NonZeroU32::new(spp), ..Sampling::default() },
+        image: ImageSettings { resolution: [side; 2], ..ImageSettings::default() },
+    };
     let request = Request { scene: Arc::new(scene), settings };
     let paths = side * side * spp * strategy.rays_per_sample();
     bencher

@@ -17,7 +17,7 @@ use crate::film::Tile;
 use crate::kernel::{Lanewise, render_tile};
 use crate::progressive::{Picture, Renderer, Request, render};
 use crate::scene::Scene;
-use crate::settings::{PixelRect, Settings, Strategy};
+use crate::settings::{Estimator, ImageSettings, PixelRect, Sampling, Settings, Strategy};
 
 /// Samples per pixel of one timed call, as the progressive renderer makes them in a running picture.
 const BURST: u32 = 8;
@@ -85,7 +85,7 @@ pub fn run(scene: &Arc<Scene>, seconds: f64, on_step: &mut dyn FnMut(&str)) -> R
     let mut strategies = BTreeMap::new();
     for strategy in Strategy::ALL {
         on_step(&format!("{} on {} and on one lane", strategy.name(), best.name()));
-        let settings = Settings { strategy, ..Settings::default() };
+        let settings = Settings { estimator: Estimator { strategy, ..Estimator::default() }, ..Settings::default() };
         let built = BuiltScene::new(scene, &settings)?;
         let [simd, scalar] = [best, Lanewise::Single].map(|how| rate(how, &built, &settings, true, share(0.07)));
         strategies.insert(strategy.name(), Rates { simd, scalar, ratio: simd / scalar });
@@ -97,7 +97,8 @@ pub fn run(scene: &Arc<Scene>, seconds: f64, on_step: &mut dyn FnMut(&str)) -> R
     on_step("cancelling");
     let cancel_ms = cancel(scene, share(0.08))?;
     on_step("layers");
-    let settings = Settings { strategy: Strategy::MisAll, ..Settings::default() };
+    let settings =
+        Settings { estimator: Estimator { strategy: Strategy::MisAll, ..Estimator::default() }, ..Settings::default() };
     let built = BuiltScene::new(scene, &settings)?;
     let [bare, whole] = [false, true].map(|layers| rate(best, &built, &settings, layers, share(0.04)));
     let layers_cost = bare / whole - 1.0;
@@ -106,7 +107,7 @@ pub fn run(scene: &Arc<Scene>, seconds: f64, on_step: &mut dyn FnMut(&str)) -> R
 
 /// Million paths per second of one thread; `layers` false for the bare picture.
 pub fn rate(how: Lanewise, scene: &BuiltScene, settings: &Settings, layers: bool, time: Duration) -> f64 {
-    let whole = PixelRect { min: [0, 0], max: settings.resolution };
+    let whole = PixelRect { min: [0, 0], max: settings.image.resolution };
     let tiles: Vec<PixelRect> = Tile::cut(whole).into_iter().step_by(EVERY).collect();
     let mut shortest = vec![f64::INFINITY; tiles.len()];
     let mut buffers = None;
@@ -115,7 +116,7 @@ pub fn rate(how: Lanewise, scene: &BuiltScene, settings: &Settings, layers: bool
     let mut round = 0;
     while round < 2 || start.elapsed() < time {
         for (bounds, shortest) in tiles.iter().zip(&mut shortest) {
-            let mut tile = Tile::new(*bounds, settings.strategy, buffers.take());
+            let mut tile = Tile::new(*bounds, settings.estimator.strategy, buffers.take());
             tile.bare = !layers;
             let start = Instant::now();
             render_tile(how, scene, settings, &mut tile, BURST);
@@ -125,14 +126,18 @@ pub fn rate(how: Lanewise, scene: &BuiltScene, settings: &Settings, layers: bool
         round += 1;
     }
     let pixels: u64 = tiles.iter().map(|t| u64::from(t.width()) * u64::from(t.height())).sum();
-    let paths = pixels * u64::from(BURST * settings.strategy.rays_per_sample());
+    let paths = pixels * u64::from(BURST * settings.estimator.strategy.rays_per_sample());
     paths as f64 * 1e-6 / shortest.iter().sum::<f64>()
 }
 
 /// Shortest of several renderings with one and with all threads, in turn.
 fn threads(scene: &Arc<Scene>, time: Duration) -> Result<Threads, Error> {
     let count = std::thread::available_parallelism().map_or(1, usize::from);
-    let settings = Settings { strategy: Strategy::Mis, spp: NonZeroU32::new(16), ..Settings::default() };
+    let settings = Settings {
+        estimator: Estimator { strategy: Strategy::Mis, ..Estimator::default() },
+        sampling: Sampling { spp: NonZeroU32::new(16), ..Sampling::default() },
+        ..Settings::default()
+    };
     let request = Request { scene: scene.clone(), settings };
     let mut shortest = [f64::INFINITY; 2];
     let start = Instant::now();
@@ -185,7 +190,7 @@ impl Live {
 /// Changes one roughness after another, as a slider does.
 fn first_frame(scene: &Arc<Scene>, time: Duration) -> Result<Latency, Error> {
     let live = Live::new();
-    let settings = Settings { spp: None, ..Settings::default() };
+    let settings = Settings { sampling: Sampling { spp: None, ..Sampling::default() }, ..Settings::default() };
     repeat(time, |i| {
         let mut scene = scene.clone();
         let edited = Arc::make_mut(&mut scene);
@@ -199,13 +204,23 @@ fn first_frame(scene: &Arc<Scene>, time: Duration) -> Result<Latency, Error> {
 /// Interrupts an endless large picture by a tiny one.
 fn cancel(scene: &Arc<Scene>, time: Duration) -> Result<Latency, Error> {
     let live = Live::new();
-    let endless = Settings { spp: None, ..Settings::default() };
-    let tiny = Settings { spp: NonZeroU32::new(1), resolution: [8, 8], ..Settings::default() };
+    let endless = Settings { sampling: Sampling { spp: None, ..Sampling::default() }, ..Settings::default() };
+    let tiny = Settings {
+        sampling: Sampling { spp: NonZeroU32::new(1), ..Sampling::default() },
+        image: ImageSettings { resolution: [8, 8], ..ImageSettings::default() },
+        ..Settings::default()
+    };
     repeat(time, |i| {
-        live.first_frame(Request { scene: scene.clone(), settings: Settings { seed: i, ..endless.clone() } })?;
+        live.first_frame(Request {
+            scene: scene.clone(),
+            settings: Settings { sampling: Sampling { seed: i, ..endless.sampling }, ..endless.clone() },
+        })?;
         // Into the midst of a later pass, always another moment of it.
         std::thread::sleep(Duration::from_micros(5000 + u64::from(i % 37) * 311));
-        live.first_frame(Request { scene: scene.clone(), settings: Settings { seed: i, ..tiny.clone() } })
+        live.first_frame(Request {
+            scene: scene.clone(),
+            settings: Settings { sampling: Sampling { seed: i, ..tiny.sampling }, ..tiny.clone() },
+        })
     })
 }
 

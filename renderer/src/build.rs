@@ -109,7 +109,7 @@ impl BuiltScene {
     /// As [`Self::new`].
     pub fn with_known(scene: &Scene, settings: &Settings, known: &[Arc<Self>]) -> Result<Self, Error> {
         settings.check().map_err(Error::Invalid)?;
-        let camera = Pinhole::new(&scene.camera, settings.resolution)?;
+        let camera = Pinhole::new(&scene.camera, settings.image.resolution)?;
         for material in &scene.materials {
             check_material(material)?;
         }
@@ -175,7 +175,7 @@ impl BuiltScene {
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights =
             if clear_of(&geometry, &lights, epsilon) { Lights::new(lights).clear() } else { Lights::new(lights) };
-        let [columns, rows] = settings.resolution.map(|pixels| pixels.div_ceil(patch::SIDE) as usize);
+        let [columns, rows] = settings.image.resolution.map(|pixels| pixels.div_ceil(patch::SIDE) as usize);
         // What a patch sees is a matter of shapes and camera alone.
         let sees_the_same = |other: &&Arc<Self>| {
             Arc::ptr_eq(&other.geometry, &geometry)

@@ -103,9 +103,9 @@ impl<L: Lanes> Reflected<L> {
 /// Probabilities c of the techniques, light and BSDF: those of the one-sample model, else 1.
 #[inline(always)]
 fn technique_probs(settings: &Settings) -> (f32, f32) {
-    match settings.strategy {
+    match settings.estimator.strategy {
         Strategy::Light | Strategy::Bsdf | Strategy::MisAll => (1.0, 1.0),
-        Strategy::Mis => (settings.light_prob, 1.0 - settings.light_prob),
+        Strategy::Mis => (settings.estimator.light_prob, 1.0 - settings.estimator.light_prob),
     }
 }
 
@@ -127,14 +127,14 @@ pub fn reflected_radiance<L: Lanes>(
     near: &Candidates,
     reflected: &mut Reflected<L>,
 ) {
-    let by_light = match settings.strategy {
+    let by_light = match settings.estimator.strategy {
         Strategy::Light | Strategy::MisAll => l.m(true),
         Strategy::Bsdf => l.m(false),
         Strategy::Mis => drawn_by_light(l, settings, random.get_1d(Dimension::Technique)),
     };
     let draw = draw(l, scene, s, wo, random, by_light);
     follow(l, scene, settings, (here, s, wo), &draw, near, reflected);
-    if settings.strategy == Strategy::MisAll {
+    if settings.estimator.strategy == Strategy::MisAll {
         let draw = self::draw(l, scene, s, wo, random, l.m(false));
         follow(l, scene, settings, (here, s, wo), &draw, near, reflected);
     }
@@ -178,18 +178,18 @@ fn follow<L: Lanes>(
     let (c_light, c_bsdf) = technique_probs(settings);
 
     // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
-    let (a_light, a_bsdf) = match settings.weights {
+    let (a_light, a_bsdf) = match settings.estimator.weights {
         OneSampleWeights::Veach => (x.p.light * c_light, x.p.bsdf * c_bsdf),
         OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
     };
     // Everything that follows is about the technique that drew the direction.
     let by_light = draw.by_light;
     let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
-    let (weight, w_over_a) = match settings.strategy {
+    let (weight, w_over_a) = match settings.estimator.strategy {
         Strategy::Light | Strategy::Bsdf => (one, one / a),
-        Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.heuristic, a, other, by_light),
+        Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.estimator.heuristic, a, other, by_light),
     };
-    let w_over_cp = match settings.weights {
+    let w_over_cp = match settings.estimator.weights {
         OneSampleWeights::Veach => w_over_a,
         OneSampleWeights::Tutorial => w_over_a * by_light.select(l.f(1.0 / c_light), l.f(1.0 / c_bsdf)),
     };

@@ -120,7 +120,7 @@ impl Job {
     }
 
     pub(crate) fn stats(&self) -> FrameStats {
-        let rays = u64::from(self.request.settings.strategy.rays_per_sample());
+        let rays = u64::from(self.request.settings.estimator.strategy.rays_per_sample());
         FrameStats {
             paths: self.bounds.area() as u64 * u64::from(self.samples) * rays,
             render_seconds: self.render_seconds,

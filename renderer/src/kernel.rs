@@ -17,7 +17,7 @@ use crate::lanes::dispatch;
 use crate::lanes::{Lanes, Level, Mask, PACKET, Single, Uint};
 use crate::patch::{Candidates, PATCH};
 use crate::sampler::{Dimension, Numbers, Pixels, Sampler, Which, patch_key, pixel_keys};
-use crate::settings::{Settings, Strategy};
+use crate::settings::{Estimator, Settings, Strategy};
 
 /// How the kernel runs. All ways agree up to the rounding of fused operations.
 #[derive(Clone, Copy, Debug)]
@@ -114,7 +114,7 @@ pub trait Task {
 
 /// Adds `count` samples to every pixel of the tile; returns how many were invalid.
 pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
-    match settings.strategy {
+    match settings.estimator.strategy {
         Strategy::Light => how.run(AddSamples::<{ Strategy::Light as usize }> { scene, settings, tile, count }),
         Strategy::Bsdf => how.run(AddSamples::<{ Strategy::Bsdf as usize }> { scene, settings, tile, count }),
         Strategy::MisAll => how.run(AddSamples::<{ Strategy::MisAll as usize }> { scene, settings, tile, count }),
@@ -135,7 +135,10 @@ impl<const STRATEGY: usize> Task for AddSamples<'_, STRATEGY> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) -> u64 {
-        let settings = Settings { strategy: Strategy::ALL[STRATEGY], ..self.settings.clone() };
+        let settings = Settings {
+            estimator: Estimator { strategy: Strategy::ALL[STRATEGY], ..self.settings.estimator },
+            ..self.settings.clone()
+        };
         add_samples(l, self.scene, &settings, self.tile, self.count)
     }
 }
@@ -143,9 +146,9 @@ impl<const STRATEGY: usize> Task for AddSamples<'_, STRATEGY> {
 #[inline(always)]
 fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
     let mut invalid = 0;
-    let wanted = Dimension::wanted(settings.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
-    let mut sampler = Sampler::new(&settings.sampler, wanted);
-    let one_sample = settings.strategy == Strategy::Mis;
+    let wanted = Dimension::wanted(settings.estimator.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
+    let mut sampler = Sampler::new(&settings.sampling.sampler, wanted);
+    let one_sample = settings.estimator.strategy == Strategy::Mis;
     let mut random = Numbers::nothing(l);
     let packet = Packet { place: (0, 0), corner: [l.f(0.0); 2], pixels: Pixels::new(l, l.u(0)) };
     let mut packets = vec![packet; (PATCH[0] * PATCH[1]) as usize * PACKET / L::N];
@@ -154,7 +157,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
         let run = sampler.start(tile.samples, last - tile.samples);
         for [min, max] in tile.patches() {
             let near = scene.near(tile.corner_at(min));
-            sampler.enter(l, patch_key(settings.seed, tile.corner_at(min)));
+            sampler.enter(l, patch_key(settings.sampling.seed, tile.corner_at(min)));
             let mut used = 0;
             for row in min[1]..max[1] {
                 for column in min[0]..max[0] {
@@ -167,7 +170,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
                         let packet = &mut packets[used];
                         packet.place = (tile.block_index([column, row]), lane);
                         packet.corner = [x.to_real(), y.to_real()];
-                        packet.pixels.change(pixel_keys(l, settings.seed, x, y));
+                        packet.pixels.change(pixel_keys(l, settings.sampling.seed, x, y));
                         sampler.turn(l, &mut packet.pixels);
                         used += 1;
                         lane += L::N;
@@ -240,9 +243,9 @@ struct Turns<L: Lanes> {
 impl<L: Lanes> Turns<L> {
     #[inline(always)]
     fn new(l: L, settings: &Settings, sampler: &Sampler, pixels: &Pixels<L>, sample: usize, pair: bool) -> Self {
-        let draws = [settings.strategy != Strategy::Bsdf, settings.strategy != Strategy::Light];
+        let draws = [settings.estimator.strategy != Strategy::Bsdf, settings.estimator.strategy != Strategy::Light];
         let mut turns = Self { sample, swapped: l.m(false), technique: None, draws, done: 0 };
-        if settings.strategy == Strategy::Mis {
+        if settings.estimator.strategy == Strategy::Mis {
             let first = sampler.technique(l, sample, pixels);
             let second = if pair { sampler.technique(l, sample + 1, pixels) } else { first };
             let by_light = [drawn_by_light(l, settings, first), drawn_by_light(l, settings, second)];

@@ -48,4 +48,7 @@ pub use error::{Diagnostic, Error, Location};
 pub use frame::{Channel, Frame, FrameStats, Layer};
 pub use progressive::{Pace, Picture, Progress, Renderer, Request, State, Status, render, simd_level_name};
 pub use scene::{Bsdf, Camera, Geometry, Light, Material, Reflectance, Scene, Shape};
-pub use settings::{Heuristic, OneSampleWeights, PixelRect, SamplerKind, SamplerSettings, Settings, Strategy};
+pub use settings::{
+    Estimator, Heuristic, ImageSettings, OneSampleWeights, PixelRect, SamplerKind, SamplerSettings, Sampling, Settings,
+    Strategy,
+};

@@ -25,7 +25,7 @@ use crate::frame::{Frame, FrameStats};
 use crate::job::{Job, Pass, recycle};
 use crate::kernel::{Lanewise, render_tile};
 use crate::scene::Scene;
-use crate::settings::{PixelRect, Settings};
+use crate::settings::{PixelRect, Sampling, Settings};
 
 /// Panics of one generation after which it is given up.
 const MAX_PANICS: u64 = 3;
@@ -42,12 +42,15 @@ pub struct Request {
 impl Request {
     /// True if `other` asks for the same samples, perhaps for more or fewer of them.
     fn same_samples(&self, other: &Self) -> bool {
-        let settings = Settings { spp: other.settings.spp, ..self.settings.clone() };
+        let settings = Settings {
+            sampling: Sampling { spp: other.settings.sampling.spp, ..self.settings.sampling },
+            ..self.settings.clone()
+        };
         settings == other.settings && (Arc::ptr_eq(&self.scene, &other.scene) || self.scene == other.scene)
     }
 
     pub(crate) fn target(&self) -> Option<u32> {
-        self.settings.spp.map(std::num::NonZeroU32::get)
+        self.settings.sampling.spp.map(std::num::NonZeroU32::get)
     }
 }
 
@@ -423,7 +426,7 @@ impl Shared {
         // Frames share tiles: one that is shared is copied before it is written to.
         let mut retired = None;
         let mut tile = match tile {
-            None => Tile::new(rect, request.settings.strategy, recycled),
+            None => Tile::new(rect, request.settings.estimator.strategy, recycled),
             Some(tile) => Arc::try_unwrap(tile).unwrap_or_else(|shared| {
                 let copy = shared.copy(recycled);
                 retired = Some(shared);
@@ -660,7 +663,7 @@ pub fn render_with(
             }
             State::Idle | State::Building | State::Rendering => {}
         }
-        let paths = pixels * u64::from(status.spp) * u64::from(request.settings.strategy.rays_per_sample());
+        let paths = pixels * u64::from(status.spp) * u64::from(request.settings.estimator.strategy.rays_per_sample());
         if !on_progress(&Progress { spp: status.spp, target, elapsed: start.elapsed(), paths }) {
             if status.spp == 0 {
                 return Err(Error::Invalid("stopped before the first pass was complete".into()));

@@ -199,10 +199,10 @@ impl PixelRect {
     }
 }
 
-/// Everything but the scene that decides the bits of a picture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
-    /// How directions are chosen.
+/// Which estimator of the reflected radiance: strategy, weights, c. Pictures that are compared differ in this alone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimator {
+    /// How directions are drawn.
     pub strategy: Strategy,
     /// c, the probability of the light technique in the one-sample model, in [0, 1].
     pub light_prob: f32,
@@ -210,40 +210,22 @@ pub struct Settings {
     pub heuristic: Heuristic,
     /// Whether c takes part in the one-sample weights.
     pub weights: OneSampleWeights,
-    /// Where the random numbers come from.
-    pub sampler: SamplerSettings,
-    /// Samples per pixel to stop at; `None` goes on until stopped.
-    pub spp: Option<NonZeroU32>,
-    /// Seed of every random number.
-    pub seed: u32,
-    /// Full image, width and height in pixels.
-    pub resolution: [u32; 2],
-    /// Crop window x0, x1, y0, y1 as fractions of the image in [0, 1] (pbrt's `cropwindow`).
-    pub crop: [f32; 4],
 }
 
-impl Default for Settings {
+impl Default for Estimator {
     fn default() -> Self {
         Self {
             strategy: Strategy::MisAll,
             light_prob: 0.5,
             heuristic: Heuristic::Balance,
             weights: OneSampleWeights::Veach,
-            sampler: SamplerSettings { kind: SamplerKind::Stratified, strata: [8, 8], jitter: true },
-            spp: NonZeroU32::new(64),
-            seed: 1,
-            resolution: [800, 800],
-            crop: [0.0, 1.0, 0.0, 1.0],
         }
     }
 }
 
-impl Settings {
-    /// Most pixels of one picture: the accumulators take about 100 bytes each.
-    pub const MAX_PIXELS: u64 = 1 << 25;
-
+impl Estimator {
     /// Why the expected picture is not the true one, if so: with weights that leave out c, a technique that is never
-    /// drawn takes its share of the light with it. (Mirrors are another matter: no light sample meets them.)
+    /// drawn takes its share of the light with it. (Mirrors are another matter: no light sample hits one's direction.)
     pub fn bias(&self) -> Option<&'static str> {
         let one_sample = self.strategy == Strategy::Mis && self.weights == OneSampleWeights::Tutorial;
         match self.light_prob {
@@ -253,40 +235,96 @@ impl Settings {
             _ => None,
         }
     }
+}
+
+/// Where the random numbers come from, and how many samples are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sampling {
+    /// Pattern of the samples of one pixel.
+    pub sampler: SamplerSettings,
+    /// Samples per pixel to stop at; `None` goes on until stopped.
+    pub spp: Option<NonZeroU32>,
+    /// Seed of every random number.
+    pub seed: u32,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Self {
+            sampler: SamplerSettings { kind: SamplerKind::Stratified, strata: [8, 8], jitter: true },
+            spp: NonZeroU32::new(64),
+            seed: 1,
+        }
+    }
+}
+
+/// Size of the image and the part of it that is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ImageSettings {
+    /// Full image, width and height in pixels.
+    pub resolution: [u32; 2],
+    /// Crop window x0, x1, y0, y1 as fractions of the image in [0, 1] (pbrt's `cropwindow`).
+    pub crop: [f32; 4],
+}
+
+impl Default for ImageSettings {
+    fn default() -> Self {
+        Self { resolution: [800, 800], crop: [0.0, 1.0, 0.0, 1.0] }
+    }
+}
+
+/// Everything but the scene that decides the bits of a picture. Stored flat: the keys in files are those of the fields
+/// of its parts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// How the radiance is estimated.
+    #[serde(flatten)]
+    pub estimator: Estimator,
+    /// Samples and their random numbers.
+    #[serde(flatten)]
+    pub sampling: Sampling,
+    /// Image size and crop.
+    #[serde(flatten)]
+    pub image: ImageSettings,
+}
+
+impl Settings {
+    /// Most pixels of one picture: the accumulators take about 100 bytes each.
+    pub const MAX_PIXELS: u64 = 1 << 25;
 
     /// The pixels to render: pbrt's rule, `ceil(resolution * crop)` on either side, in f32 as there.
     pub fn pixel_bounds(&self) -> PixelRect {
         let edge = |axis: usize, fraction: f32| {
-            let n = self.resolution[axis];
+            let n = self.image.resolution[axis];
             ((n as f32 * fraction).ceil() as u32).min(n)
         };
         PixelRect {
-            min: [edge(0, self.crop[0]), edge(1, self.crop[2])],
-            max: [edge(0, self.crop[1]), edge(1, self.crop[3])],
+            min: [edge(0, self.image.crop[0]), edge(1, self.image.crop[2])],
+            max: [edge(0, self.image.crop[1]), edge(1, self.image.crop[3])],
         }
     }
 
     /// The first setting that is out of its range, in words: the value and what was expected.
     pub fn check(&self) -> Result<(), String> {
-        if !(0.0..=1.0).contains(&self.light_prob) {
-            return Err(format!("light probability {}, expected a number in [0, 1]", self.light_prob));
+        if !(0.0..=1.0).contains(&self.estimator.light_prob) {
+            return Err(format!("light probability {}, expected a number in [0, 1]", self.estimator.light_prob));
         }
-        let [w, h] = self.resolution;
+        let [w, h] = self.image.resolution;
         if w == 0 || h == 0 || u64::from(w) * u64::from(h) > Self::MAX_PIXELS || w > 65536 || h > 65536 {
             return Err(format!(
                 "image of {w} x {h} pixels, expected 1 to 65536 on each side and at most {} in all",
                 Self::MAX_PIXELS
             ));
         }
-        let [nx, ny] = self.sampler.strata;
+        let [nx, ny] = self.sampling.sampler.strata;
         if nx == 0 || ny == 0 || u64::from(nx) * u64::from(ny) > u64::from(SamplerSettings::MAX_STRATA) {
             return Err(format!(
                 "{nx} x {ny} strata, expected at least 1 x 1 and at most {} in all",
                 SamplerSettings::MAX_STRATA
             ));
         }
-        let [x0, x1, y0, y1] = self.crop;
-        let in_unit = self.crop.iter().all(|v| (0.0..=1.0).contains(v));
+        let [x0, x1, y0, y1] = self.image.crop;
+        let in_unit = self.image.crop.iter().all(|v| (0.0..=1.0).contains(v));
         if !in_unit || x0 >= x1 || y0 >= y1 || self.pixel_bounds().area() == 0 {
             return Err(format!(
                 "crop window {x0} {x1} {y0} {y1}, expected x0 < x1 and y0 < y1 in [0, 1] with at least one pixel inside"

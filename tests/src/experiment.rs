@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 use mislab_renderer::{
-    Camera, Channel, Frame, Geometry, Request, SamplerKind, SamplerSettings, Scene, Settings, progressive,
+    Camera, Channel, Frame, Geometry, ImageSettings, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings,
+    progressive,
 };
 
 use crate::oracle::LUMINANCE;
@@ -21,10 +22,12 @@ pub fn veach() -> Scene {
 /// Settings for statistics: independent samples.
 pub fn independent(spp: u32, seed: u32, resolution: [u32; 2]) -> Settings {
     Settings {
-        sampler: SamplerSettings { kind: SamplerKind::Independent, strata: [1, 1], jitter: true },
-        spp: NonZeroU32::new(spp),
-        seed,
-        resolution,
+        sampling: Sampling {
+            sampler: SamplerSettings { kind: SamplerKind::Independent, strata: [1, 1], jitter: true },
+            spp: NonZeroU32::new(spp),
+            seed,
+        },
+        image: ImageSettings { resolution, ..ImageSettings::default() },
         ..Settings::default()
     }
 }
@@ -106,8 +109,12 @@ pub struct Measured {
 /// If any sample was invalid.
 pub fn measure(scene: &Arc<Scene>, settings: &Settings, samples: u32) -> Measured {
     let spp = (samples / (SIDE * SIDE)).max(2);
-    let base = independent(spp, settings.seed, [SIDE, SIDE]);
-    let settings = Settings { sampler: base.sampler, spp: base.spp, resolution: base.resolution, ..settings.clone() };
+    let base = independent(spp, settings.sampling.seed, [SIDE, SIDE]);
+    let settings = Settings {
+        sampling: Sampling { sampler: base.sampling.sampler, spp: base.sampling.spp, ..settings.sampling },
+        image: ImageSettings { resolution: base.image.resolution, ..settings.image },
+        ..settings.clone()
+    };
     let frame = render(scene, &settings);
     assert_eq!(frame.stats().invalid_samples, 0, "invalid samples");
     let pixels = f64::from(SIDE * SIDE);

@@ -501,17 +501,18 @@ impl Point {
     /// What a sample by `settings` must be distributed like. `functional` turns colours into the
     /// number that is looked at: [`LUMINANCE`], or one channel's unit vector.
     pub fn sample(&self, settings: &Settings, functional: DVec3) -> Sample {
-        let c = f64::from(settings.light_prob);
-        let (c_light, c_bsdf, n_light, n_bsdf) = match settings.strategy {
+        let c = f64::from(settings.estimator.light_prob);
+        let (c_light, c_bsdf, n_light, n_bsdf) = match settings.estimator.strategy {
             Strategy::Light => (1.0, 0.0, 1.0, 0.0),
             Strategy::Bsdf => (0.0, 1.0, 0.0, 1.0),
             Strategy::MisAll => (1.0, 1.0, 1.0, 1.0),
-            Strategy::Mis => match settings.weights {
+            Strategy::Mis => match settings.estimator.weights {
                 OneSampleWeights::Veach => (c, 1.0 - c, c, 1.0 - c),
                 OneSampleWeights::Tutorial => (c, 1.0 - c, 1.0, 1.0),
             },
         };
-        let weights = |node: &Node| heuristic(settings.heuristic, n_light * node.p_light, n_bsdf * node.p_bsdf);
+        let weights =
+            |node: &Node| heuristic(settings.estimator.heuristic, n_light * node.p_light, n_bsdf * node.p_bsdf);
         let mut light = Contribution::default();
         let mut bsdf = Contribution::default();
         for node in &self.nodes {
@@ -526,7 +527,7 @@ impl Point {
         }
         let mut total = Moments([0.0; ORDER + 1]);
         for k in 0..=ORDER {
-            total.0[k] = match settings.strategy {
+            total.0[k] = match settings.estimator.strategy {
                 // Two independent samples, added.
                 Strategy::MisAll => (0..=k).map(|j| binomial(k, j) * light.moments.0[j] * bsdf.moments.0[k - j]).sum(),
                 // One sample of either kind.

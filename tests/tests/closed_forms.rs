@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::{Bsdf, Geometry, Light, Material, Reflectance, Scene, Settings, Shape, Strategy};
+use mislab_renderer::{
+    Bsdf, Estimator, Geometry, Light, Material, Reflectance, Sampling, Scene, Settings, Shape, Strategy,
+};
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::{camera, independent, keyhole, measure};
 use mislab_tests::oracle::World;
@@ -55,12 +57,14 @@ fn expect(family: &mut Family, label: &str, scene: &Scene, [eye, target]: [DVec3
     let view = keyhole(scene, eye, target);
     let mut sharp = 0;
     for (i, strategy) in Strategy::ALL.into_iter().enumerate() {
-        let settings = Settings { strategy, light_prob: 0.4, ..independent(1, 40 + i as u32, [32, 32]) };
+        let base = independent(1, 40 + i as u32, [32, 32]);
+        let settings = Settings { estimator: Estimator { strategy, light_prob: 0.4, ..base.estimator }, ..base };
         let pilot = measure(&view, &settings, SAMPLES);
         // So many that five standard errors are 0.1 % of the value.
         let needed = pilot.variance * (5.0 / (1e-3 * expected)).powi(2);
         let samples = needed.max(f64::from(SAMPLES)).min(f64::from(depth(MOST_SAMPLES, MOST_SAMPLES_DEEP))) as u32;
-        let settings = Settings { seed: settings.seed + 50, ..settings };
+        let settings =
+            Settings { sampling: Sampling { seed: settings.sampling.seed + 50, ..settings.sampling }, ..settings };
         let measured = measure(&view, &settings, samples);
         let noise = (measured.variance / measured.n).sqrt();
         sharp += usize::from(noise * 5.0 < 1.05e-3 * expected);
@@ -178,14 +182,18 @@ fn a_mirror_shows_what_it_reflects() {
     let scene = scene(bsdf, vec![shape(ground(), Some(0), None), light]);
     let view = keyhole(&scene, DVec3::new(2.0, 0.0, 2.0), DVec3::ZERO);
     for (strategy, factor) in [(Strategy::Light, 0.0), (Strategy::Bsdf, 1.0), (Strategy::MisAll, 1.0)] {
-        let measured = measure(&view, &Settings { strategy, ..independent(1, 1, [32, 32]) }, 1 << 12);
+        let base = independent(1, 1, [32, 32]);
+        let measured =
+            measure(&view, &Settings { estimator: Estimator { strategy, ..base.estimator }, ..base }, 1 << 12);
         let expected = factor * DVec3::new(3.6, 4.0, 0.5);
         assert!((measured.mean_rgb - expected).abs().max_element() < 1e-6, "{}: {measured:?}", strategy.name());
     }
     // The draws that choose light are lost: E Y^2 = L^2 / (1 - c).
     let mut family = Family::new("mirror in the one-sample model");
     for c in [0.25f32, 0.5, 0.75] {
-        let settings = Settings { strategy: Strategy::Mis, light_prob: c, ..independent(1, 2, [32, 32]) };
+        let base = independent(1, 2, [32, 32]);
+        let settings =
+            Settings { estimator: Estimator { strategy: Strategy::Mis, light_prob: c, ..base.estimator }, ..base };
         let measured = measure(&view, &settings, SAMPLES);
         let mean = 0.212_671 * 3.6 + 0.715_160 * 4.0 + 0.072_169 * 0.5;
         let c = f64::from(c);

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use mislab_renderer::{
-    Bsdf, Geometry, Heuristic, OneSampleWeights, Reflectance, SamplerKind, SamplerSettings, Scene, Settings, Strategy,
+    Bsdf, Estimator, Geometry, Heuristic, OneSampleWeights, Reflectance, SamplerKind, SamplerSettings, Sampling, Scene,
+    Settings, Strategy,
 };
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::{camera, independent, render, veach};
@@ -129,9 +130,13 @@ fn no_sample_is_invalid() {
         for (i, &(strategy, heuristic, weights)) in combinations.iter().enumerate() {
             let base = independent(spp, 3 + i as u32, size);
             let kind = SamplerKind::ALL[i % SamplerKind::ALL.len()];
-            let sampler = SamplerSettings { kind, strata: [3, 5], ..base.sampler };
+            let sampler = SamplerSettings { kind, strata: [3, 5], ..base.sampling.sampler };
             let light_prob = [0.5, 0.0, 1.0, 1e-6, 0.9][i % 5];
-            let settings = Settings { strategy, heuristic, weights, sampler, light_prob, ..base };
+            let settings = Settings {
+                estimator: Estimator { strategy, heuristic, weights, light_prob },
+                sampling: Sampling { sampler, ..base.sampling },
+                ..base
+            };
             let frame = render(&scene, &settings);
             let invalid = frame.stats().invalid_samples;
             assert_eq!(invalid, 0, "{name}: {invalid} invalid samples with {settings:?}");

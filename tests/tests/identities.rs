@@ -9,8 +9,8 @@ use mislab_renderer::build::BuiltScene;
 use mislab_renderer::film::Tile;
 use mislab_renderer::kernel::{Lanewise, render_tile};
 use mislab_renderer::{
-    Bsdf, Channel, Frame, Heuristic, Layer, Pace, Picture, Renderer, Request, SamplerKind, SamplerSettings, Scene,
-    Settings, State, Strategy,
+    Bsdf, Channel, Estimator, Frame, Heuristic, ImageSettings, Layer, Pace, Picture, Renderer, Request, SamplerKind,
+    SamplerSettings, Sampling, Scene, Settings, State, Strategy,
 };
 use mislab_tests::experiment::{render, render_on, veach};
 use mislab_tests::statistics::Family;
@@ -19,7 +19,11 @@ use mislab_tests::statistics::Family;
 const SIZE: [u32; 2] = [109, 75];
 
 fn settings(strategy: Strategy) -> Settings {
-    Settings { strategy, spp: NonZeroU32::new(16), seed: 5, resolution: SIZE, ..Settings::default() }
+    Settings {
+        estimator: Estimator { strategy, ..Estimator::default() },
+        sampling: Sampling { spp: NonZeroU32::new(16), seed: 5, ..Sampling::default() },
+        image: ImageSettings { resolution: SIZE, ..ImageSettings::default() },
+    }
 }
 
 fn plastic() -> Scene {
@@ -33,9 +37,9 @@ fn cases() -> Vec<(Arc<Scene>, Settings)> {
     for strategy in Strategy::ALL {
         for kind in SamplerKind::ALL {
             let base = settings(strategy);
-            let sampler = SamplerSettings { kind, ..base.sampler };
+            let sampler = SamplerSettings { kind, ..base.sampling.sampler };
             let scene = if kind == SamplerKind::Sobol { &plastic } else { &veach };
-            cases.push((scene.clone(), Settings { sampler, ..base }));
+            cases.push((scene.clone(), Settings { sampling: Sampling { sampler, ..base.sampling }, ..base }));
         }
     }
     cases
@@ -55,7 +59,8 @@ fn one_sample_model_is_a_single_technique_at_the_ends_of_c() {
         for (light_prob, single) in [(1.0, Strategy::Light), (0.0, Strategy::Bsdf)] {
             let expected = render(&scene, &settings(single));
             for heuristic in Heuristic::ALL {
-                let mixed = Settings { light_prob, heuristic, ..settings(Strategy::Mis) };
+                let base = settings(Strategy::Mis);
+                let mixed = Settings { estimator: Estimator { light_prob, heuristic, ..base.estimator }, ..base };
                 let frame = render(&scene, &mixed);
                 for layer in Layer::ALL {
                     assert_eq!(
@@ -92,7 +97,12 @@ fn layers_sum_to_the_picture() {
             for i in 0..picture.len() {
                 let sum = f64::from(light[i]) + f64::from(bsdf[i]) + f64::from(visible[i]);
                 let difference = (sum - f64::from(picture[i])).abs();
-                assert!(difference <= 3e-7 * sum, "{}, pixel {i}: {sum} and {}", settings.strategy.name(), picture[i]);
+                assert!(
+                    difference <= 3e-7 * sum,
+                    "{}, pixel {i}: {sum} and {}",
+                    settings.estimator.strategy.name(),
+                    picture[i]
+                );
                 lit += usize::from(visible[i] > 0.0);
             }
         }
@@ -117,7 +127,7 @@ fn doubled_radiance_doubles_the_picture_exactly() {
             };
             for (i, (a, b)) in frame.channel(channel).into_iter().zip(double.channel(channel)).enumerate() {
                 let same = (factor * a).to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
-                assert!(same, "{}, {}, pixel {i}: {a} and {b}", settings.strategy.name(), channel.exr_name());
+                assert!(same, "{}, {}, pixel {i}: {a} and {b}", settings.estimator.strategy.name(), channel.exr_name());
             }
         }
     }
@@ -132,8 +142,8 @@ fn threads_do_not_change_a_bit() {
                 bits(&render_on(threads, &scene, &settings)),
                 expected,
                 "{} with {} at {threads} threads",
-                settings.strategy.name(),
-                settings.sampler.kind.name()
+                settings.estimator.strategy.name(),
+                settings.sampling.sampler.kind.name()
             );
         }
     }
@@ -147,7 +157,7 @@ fn cutting_samples_into_passes_does_not_change_a_bit() {
         let bounds = settings.pixel_bounds();
         for how in Lanewise::all() {
             let render = |passes: &[u32]| {
-                let mut tile = Tile::new(bounds, settings.strategy, None);
+                let mut tile = Tile::new(bounds, settings.estimator.strategy, None);
                 for &count in passes {
                     assert_eq!(render_tile(how, &built, &settings, &mut tile, count), 0, "valid samples");
                 }
@@ -155,7 +165,7 @@ fn cutting_samples_into_passes_does_not_change_a_bit() {
             };
             let single = render(&[1; 9]);
             for passes in [[9].as_slice(), &[1, 8], &[2, 2, 5], &[3, 3, 3]] {
-                let what = format!("{}, {}", settings.strategy.name(), settings.sampler.kind.name());
+                let what = format!("{}, {}", settings.estimator.strategy.name(), settings.sampling.sampler.kind.name());
                 assert!(render(passes) == single, "{what}, passes of {passes:?} samples, {}", how.name());
             }
         }
@@ -217,7 +227,10 @@ fn history_does_not_change_a_bit() {
     assert_eq!(bits(&finished(&picture)), expected, "after pause, steps and going on");
 
     // A smaller target first, then more of the same.
-    let fewer = Settings { spp: NonZeroU32::new(3), ..request.settings.clone() };
+    let fewer = Settings {
+        sampling: Sampling { spp: NonZeroU32::new(3), ..request.settings.sampling },
+        ..request.settings.clone()
+    };
     picture.submit(Request { settings: fewer.clone(), ..request.clone() });
     assert_eq!(bits(&finished(&picture)), bits(&render_on(1, &scene, &fewer)), "with a smaller target");
     picture.submit(request.clone());
@@ -235,7 +248,12 @@ fn pictures_side_by_side_do_not_change_a_bit() {
         picture.submit(Request { scene: scene.clone(), settings: settings.clone() });
     }
     for (picture, (scene, settings)) in pictures.iter().zip(&cases) {
-        assert_eq!(bits(&finished(picture)), bits(&render_on(1, scene, settings)), "{}", settings.strategy.name());
+        assert_eq!(
+            bits(&finished(picture)),
+            bits(&render_on(1, scene, settings)),
+            "{}",
+            settings.estimator.strategy.name()
+        );
     }
 }
 
@@ -243,7 +261,10 @@ fn pictures_side_by_side_do_not_change_a_bit() {
 fn crop_window_is_a_part_of_the_full_image() {
     for (scene, settings) in cases() {
         let full = render(&scene, &settings);
-        let crop = render(&scene, &Settings { crop: [0.13, 0.71, 0.27, 0.88], ..settings.clone() });
+        let crop = render(
+            &scene,
+            &Settings { image: ImageSettings { crop: [0.13, 0.71, 0.27, 0.88], ..settings.image }, ..settings.clone() },
+        );
         let bounds = crop.bounds();
         assert!(bounds.area() > 1000 && bounds.area() < full.bounds().area(), "the crop window crops");
         for &channel in &Channel::ALL {
@@ -261,7 +282,10 @@ fn crop_window_is_a_part_of_the_full_image() {
 /// over seeds. Pixels and seeds are independent, whatever the sampler does inside a pixel.
 fn over_seeds(scene: &Arc<Scene>, settings: &Settings, seeds: u32) -> (f64, f64, f64) {
     let frames: Vec<_> = (0..seeds)
-        .map(|s| render(scene, &Settings { seed: 100 + s, ..settings.clone() }).channel(Channel::G))
+        .map(|s| {
+            render(scene, &Settings { sampling: Sampling { seed: 100 + s, ..settings.sampling }, ..settings.clone() })
+                .channel(Channel::G)
+        })
         .collect();
     let (n, pixels) = (f64::from(seeds), frames[0].len() as f64);
     let (mut total, mut variance) = (0.0, 0.0);
@@ -280,10 +304,21 @@ fn samplers_agree_and_stratification_pays() {
     let mut family = Family::new("samplers against each other");
     for strategy in [Strategy::Light, Strategy::MisAll, Strategy::Mis] {
         // Part of the wall: smooth, and every light in sight.
-        let base = Settings { strategy, crop: [0.45, 0.53, 0.1, 0.18], ..Settings::default() };
+        let base = Settings {
+            estimator: Estimator { strategy, ..Estimator::default() },
+            image: ImageSettings { crop: [0.45, 0.53, 0.1, 0.18], ..ImageSettings::default() },
+            ..Settings::default()
+        };
         let by = |kind: SamplerKind, spp: u32| {
-            let sampler = SamplerSettings { kind, ..base.sampler };
-            over_seeds(&scene, &Settings { sampler, spp: NonZeroU32::new(spp), ..base.clone() }, 24)
+            let sampler = SamplerSettings { kind, ..base.sampling.sampler };
+            over_seeds(
+                &scene,
+                &Settings {
+                    sampling: Sampling { sampler, spp: NonZeroU32::new(spp), ..base.sampling },
+                    ..base.clone()
+                },
+                24,
+            )
         };
         let independent = by(SamplerKind::Independent, 64);
         let stratified = by(SamplerKind::Stratified, 64);

@@ -7,7 +7,8 @@ use std::time::SystemTime;
 use mislab_renderer::kernel::Lanewise;
 use mislab_renderer::snapshot::{Contents, SaveOptions};
 use mislab_renderer::{
-    Channel, Frame, Renderer, Request, SamplerKind, SamplerSettings, Settings, State, Strategy, progressive,
+    Channel, Estimator, Frame, ImageSettings, Renderer, Request, SamplerKind, SamplerSettings, Sampling, Settings,
+    State, Strategy, progressive,
 };
 use mislab_tests::experiment::{render_on, veach};
 
@@ -17,8 +18,12 @@ fn cases() -> Vec<Request> {
     for (i, strategy) in Strategy::ALL.into_iter().enumerate() {
         for (j, kind) in SamplerKind::ALL.into_iter().enumerate() {
             let base = Settings::default();
-            let sampler = SamplerSettings { kind, ..base.sampler };
-            let settings = Settings { strategy, sampler, resolution: [109, 75], spp: NonZeroU32::new(16), ..base };
+            let sampler = SamplerSettings { kind, ..base.sampling.sampler };
+            let settings = Settings {
+                estimator: Estimator { strategy, ..base.estimator },
+                sampling: Sampling { sampler, spp: NonZeroU32::new(16), ..base.sampling },
+                image: ImageSettings { resolution: [109, 75], ..base.image },
+            };
             cases.push(Request { scene: scenes[(i + j) % 2].clone(), settings });
         }
     }
@@ -73,7 +78,7 @@ fn levels_that_fuse_alike_give_the_same_bits() {
         let (a, b) = (render(&request, wide), render(&request, narrow));
         for &channel in &Channel::ALL {
             for (i, (a, b)) in a.channel(channel).into_iter().zip(b.channel(channel)).enumerate() {
-                let name = request.settings.strategy.name();
+                let name = request.settings.estimator.strategy.name();
                 assert_eq!(a.to_bits(), b.to_bits(), "{name}, {}, pixel {i}: {a} and {b}", channel.exr_name());
             }
         }
@@ -102,7 +107,10 @@ fn files_are_the_same_bytes_in_a_window_and_without_at_any_number_of_threads() {
             let renderer = Renderer::new(threads, || {});
             let pictures: Vec<_> = (0..4).map(|_| renderer.add_picture()).collect();
             for (i, picture) in pictures.iter().enumerate() {
-                let settings = Settings { seed: request.settings.seed + i as u32, ..request.settings.clone() };
+                let settings = Settings {
+                    sampling: Sampling { seed: request.settings.sampling.seed + i as u32, ..request.settings.sampling },
+                    ..request.settings.clone()
+                };
                 picture.submit(Request { settings, ..request.clone() });
             }
             while pictures[0].status().state != State::Finished {

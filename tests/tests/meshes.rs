@@ -11,7 +11,7 @@ use mislab_renderer::kernel::{Lanewise, Task, render_tile};
 use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, Uint};
 use mislab_renderer::patch::{List, Patches};
 use mislab_renderer::shape::{Ball, Facet};
-use mislab_renderer::{Bsdf, Light, Material, PixelRect, Scene, Settings, Shape, Strategy};
+use mislab_renderer::{Bsdf, Estimator, ImageSettings, Light, Material, PixelRect, Scene, Settings, Shape, Strategy};
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::camera;
 use mislab_tests::packets::vector;
@@ -356,8 +356,8 @@ fn scene() -> Scene {
 
 fn picture(built: &BuiltScene, settings: &Settings) -> Vec<Tile> {
     let mut tiles = Vec::new();
-    for bounds in Tile::cut(PixelRect { min: [0, 0], max: settings.resolution }) {
-        let mut tile = Tile::new(bounds, settings.strategy, None);
+    for bounds in Tile::cut(PixelRect { min: [0, 0], max: settings.image.resolution }) {
+        let mut tile = Tile::new(bounds, settings.estimator.strategy, None);
         render_tile(Lanewise::best(), built, settings, &mut tile, 2);
         tiles.push(tile);
     }
@@ -366,7 +366,11 @@ fn picture(built: &BuiltScene, settings: &Settings) -> Vec<Tile> {
 
 #[test]
 fn shared_geometry_gives_the_picture_of_a_fresh_build() {
-    let settings = Settings { resolution: [48, 48], strategy: Strategy::MisAll, ..Settings::default() };
+    let settings = Settings {
+        estimator: Estimator { strategy: Strategy::MisAll, ..Estimator::default() },
+        image: ImageSettings { resolution: [48, 48], ..ImageSettings::default() },
+        ..Settings::default()
+    };
     let first = scene();
     let known = [Arc::new(BuiltScene::new(&first, &settings).expect("the scene can be built"))];
     let edit = |change: &dyn Fn(&mut Scene)| {
@@ -405,12 +409,18 @@ fn shared_geometry_gives_the_picture_of_a_fresh_build() {
     assert!(edit_view(&settings, &|_| {}));
     assert!(edit_view(&settings, &|s| *s.materials[0].bsdf.alpha_mut().expect("metal") = 0.3));
     assert!(edit_view(&settings, &|s| s.shapes[light].light.as_mut().expect("a light").radiance = Vec3::X));
-    assert!(edit_view(&Settings { strategy: Strategy::Light, ..settings.clone() }, &|_| {}));
+    assert!(edit_view(
+        &Settings { estimator: Estimator { strategy: Strategy::Light, ..settings.estimator }, ..settings.clone() },
+        &|_| {}
+    ));
     assert!(!edit_view(&settings, &|s| sphere(&mut s.shapes[light], 1.5)));
     assert!(!edit_view(&settings, &|s| s.shapes[light].material = Some(0)));
     assert!(!edit_view(&settings, &|s| s.camera.fov_deg = 30.0));
     for resolution in [[96, 96], [48, 56], [56, 48]] {
-        assert!(!edit_view(&Settings { resolution, ..settings.clone() }, &|_| {}));
+        assert!(!edit_view(
+            &Settings { image: ImageSettings { resolution, ..settings.image }, ..settings.clone() },
+            &|_| {}
+        ));
     }
     // What changes the shapes, or which of them are lights, is built anew.
     assert!(!edit(&|s| s.shapes[1].light.as_mut().expect("a light").on = false));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
-use mislab_renderer::{Channel, Geometry, Scene, Settings, Strategy};
+use mislab_renderer::{Channel, Estimator, Geometry, Sampling, Scene, Settings, Strategy};
 use mislab_tests::experiment::{independent, render, veach};
 use mislab_tests::statistics::Family;
 
@@ -58,9 +58,13 @@ fn a_mirrored_scene_gives_the_mirrored_picture() {
     let row = SIDE / SQUARE;
     for (number, strategy) in Strategy::ALL.into_iter().enumerate() {
         let size = [SIDE as u32, SIDE as u32];
-        let settings = Settings { strategy, ..independent(512, 10 + number as u32, size) };
+        let base = independent(512, 10 + number as u32, size);
+        let settings = Settings { estimator: Estimator { strategy, ..base.estimator }, ..base };
         let here = squares(&scene, &settings);
-        let there = squares(&mirror, &Settings { seed: 20 + number as u32, ..settings });
+        let there = squares(
+            &mirror,
+            &Settings { sampling: Sampling { seed: 20 + number as u32, ..settings.sampling }, ..settings },
+        );
         let before = family.len();
         for (i, (value, error2)) in here.into_iter().enumerate() {
             let (other, other_error2) = there[i / row * row + row - 1 - i % row];

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::{Bsdf, Geometry, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
+use mislab_renderer::{
+    Bsdf, Estimator, Geometry, Heuristic, OneSampleWeights, Reflectance, Sampling, Scene, Settings, Strategy,
+};
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::{highlight, independent, keyhole, measure, veach};
 use mislab_tests::oracle::{LUMINANCE, Point, World};
@@ -30,12 +32,18 @@ fn all_settings() -> Vec<(String, Settings)> {
     let base = independent(1, 1, [32, 32]);
     let mut all = Vec::new();
     for strategy in [Strategy::Light, Strategy::Bsdf] {
-        all.push((strategy.name().to_owned(), Settings { strategy, ..base.clone() }));
+        all.push((
+            strategy.name().to_owned(),
+            Settings { estimator: Estimator { strategy, ..base.estimator }, ..base.clone() },
+        ));
     }
     for heuristic in Heuristic::ALL {
         all.push((
             format!("mis_all {}", heuristic.name()),
-            Settings { strategy: Strategy::MisAll, heuristic, ..base.clone() },
+            Settings {
+                estimator: Estimator { strategy: Strategy::MisAll, heuristic, ..base.estimator },
+                ..base.clone()
+            },
         ));
         for weights in OneSampleWeights::ALL {
             for light_prob in [0.0, 0.1, 0.5, 0.9, 1.0] {
@@ -45,7 +53,10 @@ fn all_settings() -> Vec<(String, Settings)> {
                 }
                 all.push((
                     format!("mis {} {} c={light_prob}", heuristic.name(), weights.name()),
-                    Settings { strategy: Strategy::Mis, heuristic, weights, light_prob, ..base.clone() },
+                    Settings {
+                        estimator: Estimator { strategy: Strategy::Mis, heuristic, weights, light_prob },
+                        ..base.clone()
+                    },
                 ));
             }
         }
@@ -196,14 +207,15 @@ fn every_strategy_has_the_mean_and_variance_of_the_oracle() {
             if depth((number + i) % 2 == 1, false) {
                 continue;
             }
-            let settings = Settings { seed: (1000 * number + i) as u32, ..settings };
+            let settings =
+                Settings { sampling: Sampling { seed: (1000 * number + i) as u32, ..settings.sampling }, ..settings };
             compare(&mut families, &format!("{label}, {name}"), &view, &point, &settings);
             // The tutorial's weights at c = 0 and 1 leave out a part, and that is what is expected of them.
             let truth = point.radiance().dot(LUMINANCE);
             let expected = point.sample(&settings, LUMINANCE).total.mean();
-            let fair = settings.bias().is_none();
-            let mirror = settings.strategy == Strategy::Light
-                || settings.strategy == Strategy::Mis && settings.light_prob == 1.0;
+            let fair = settings.estimator.bias().is_none();
+            let mirror = settings.estimator.strategy == Strategy::Light
+                || settings.estimator.strategy == Strategy::Mis && settings.estimator.light_prob == 1.0;
             if !fair && expected < 0.98 * truth {
                 biased += 1;
             }
@@ -300,19 +312,36 @@ fn other_materials_and_lights_agree_with_the_oracle_too() {
         let view = keyhole(&scene, EYE, target);
         let base = independent(1, 7000 + number as u32, [32, 32]);
         for (name, settings) in [
-            ("light", Settings { strategy: Strategy::Light, ..base.clone() }),
-            ("bsdf", Settings { strategy: Strategy::Bsdf, ..base.clone() }),
-            ("mis_all", Settings { strategy: Strategy::MisAll, ..base.clone() }),
-            ("mis_all cutoff", Settings { heuristic: Heuristic::Cutoff, ..base.clone() }),
+            (
+                "light",
+                Settings { estimator: Estimator { strategy: Strategy::Light, ..base.estimator }, ..base.clone() },
+            ),
+            ("bsdf", Settings { estimator: Estimator { strategy: Strategy::Bsdf, ..base.estimator }, ..base.clone() }),
+            (
+                "mis_all",
+                Settings { estimator: Estimator { strategy: Strategy::MisAll, ..base.estimator }, ..base.clone() },
+            ),
+            (
+                "mis_all cutoff",
+                Settings { estimator: Estimator { heuristic: Heuristic::Cutoff, ..base.estimator }, ..base.clone() },
+            ),
             (
                 "mis c=0.3 power",
-                Settings { strategy: Strategy::Mis, light_prob: 0.3, heuristic: Heuristic::Power, ..base.clone() },
+                Settings {
+                    estimator: Estimator {
+                        strategy: Strategy::Mis,
+                        light_prob: 0.3,
+                        heuristic: Heuristic::Power,
+                        ..base.estimator
+                    },
+                    ..base.clone()
+                },
             ),
         ] {
             compare(&mut families, &format!("{label}, {name}"), &view, &point, &settings);
         }
         // Colours: the same samples, channel by channel.
-        let settings = Settings { seed: 8000 + number as u32, ..base };
+        let settings = Settings { sampling: Sampling { seed: 8000 + number as u32, ..base.sampling }, ..base };
         let measured = measure(&view, &settings, SAMPLES);
         for (channel, unit) in [("R", DVec3::X), ("G", DVec3::Y), ("B", DVec3::Z)] {
             let expected = point.sample(&settings, unit).total;

@@ -9,7 +9,7 @@ use mislab_renderer::film::Tile;
 use mislab_renderer::kernel::{Lanewise, render_tile};
 use mislab_renderer::light::LightShape;
 use mislab_renderer::{
-    Bsdf, Geometry, Light, Material, PixelRect, Reflectance, SamplerKind, Scene, Settings, Shape, Strategy,
+    Bsdf, Estimator, Geometry, Light, Material, PixelRect, Reflectance, SamplerKind, Scene, Settings, Shape, Strategy,
 };
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::{camera, highlight, independent, veach};
@@ -161,8 +161,8 @@ fn lists_lose_nothing() {
         let side = if number < 16 { 96 } else { 32 };
         let strategy = Strategy::ALL[number % 4];
         let base = independent(4, number as u32, [side, side]);
-        let settings = Settings { strategy, light_prob: 0.4, ..base };
-        assert_eq!(settings.sampler.kind, SamplerKind::Independent);
+        let settings = Settings { estimator: Estimator { strategy, light_prob: 0.4, ..base.estimator }, ..base };
+        assert_eq!(settings.sampling.sampler.kind, SamplerKind::Independent);
         let Ok(listed) = BuiltScene::new(&scene, &settings) else { continue };
         let plain = BuiltScene::new(&scene, &settings).expect("as before").without_lists();
         for bounds in Tile::cut(PixelRect { min: [0, 0], max: [side, side] }) {

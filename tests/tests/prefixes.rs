@@ -6,7 +6,7 @@
 use glam::DVec3;
 use mislab_renderer::lanes::{Single, Wrapping};
 use mislab_renderer::sampler::{Dimension, Numbers, patch_key, pixel_keys};
-use mislab_renderer::{Channel, SamplerKind, SamplerSettings, Settings, Strategy};
+use mislab_renderer::{Channel, Estimator, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, keyhole, render, veach};
 use mislab_tests::oracle::{LUMINANCE, World};
@@ -112,12 +112,21 @@ fn every_prefix_of_a_picture_is_unbiased() {
     let view = keyhole(&scene, EYE, target);
     let point = World::new(&scene).point(EYE, target);
     for strategy in [Strategy::Light, Strategy::MisAll, Strategy::Mis] {
-        let expected = point.sample(&Settings { strategy, ..independent(1, 1, [32, 32]) }, LUMINANCE).total.mean();
+        let base = independent(1, 1, [32, 32]);
+        let expected = point
+            .sample(&Settings { estimator: Estimator { strategy, ..base.estimator }, ..base }, LUMINANCE)
+            .total
+            .mean();
         for (name, sampler) in samplers() {
             for spp in LENGTHS {
                 let mut values = Vec::new();
                 for seed in 0..REPLICATES / 1024 {
-                    let settings = Settings { strategy, sampler, ..independent(spp, 500 + seed, [32, 32]) };
+                    let base = independent(spp, 500 + seed, [32, 32]);
+                    let settings = Settings {
+                        estimator: Estimator { strategy, ..base.estimator },
+                        sampling: Sampling { sampler, ..base.sampling },
+                        ..base
+                    };
                     let frame = render(&view, &settings);
                     let channels = [Channel::R, Channel::G, Channel::B].map(|c| frame.channel(c));
                     values

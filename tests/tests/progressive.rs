@@ -7,12 +7,17 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use mislab_renderer::{
-    Channel, Frame, Geometry, Pace, Picture, Renderer, Request, Settings, State, Strategy, pbrt, render,
+    Channel, Frame, Geometry, ImageSettings, Pace, Picture, Renderer, Request, Sampling, Settings, State, Strategy,
+    pbrt, render,
 };
 
 fn request(size: u32, spp: Option<u32>) -> Request {
     let file = pbrt::embedded_scene();
-    let settings = Settings { resolution: [size, size], spp: spp.and_then(NonZeroU32::new), ..file.settings };
+    let settings = Settings {
+        sampling: Sampling { spp: spp.and_then(NonZeroU32::new), ..file.settings.sampling },
+        image: ImageSettings { resolution: [size, size], ..file.settings.image },
+        ..file.settings
+    };
     Request { scene: Arc::new(file.scene), settings }
 }
 
@@ -42,14 +47,14 @@ fn the_latest_request_wins_and_old_frames_are_told_by_their_generation() {
     let mut last = 0;
     for i in 0..50 {
         let mut r = request(64, Some(4));
-        r.settings.seed = i;
+        r.settings.sampling.seed = i;
         let generation = picture.submit(r);
         assert!(generation > last, "generations grow");
         last = generation;
     }
     let frame = finished(&picture);
     assert_eq!(frame.generation(), last);
-    assert_eq!(frame.request().settings.seed, 49);
+    assert_eq!(frame.request().settings.sampling.seed, 49);
     assert_eq!(frame.spp(), 4);
 }
 
@@ -66,7 +71,7 @@ fn frames_hold_whole_passes_and_never_change() {
 
     let spp = early.spp();
     let mut again = request(96, Some(spp));
-    again.settings.spp = NonZeroU32::new(spp);
+    again.settings.sampling.spp = NonZeroU32::new(spp);
     let alone = render(&again, 1, &mut |_| true).unwrap();
     assert_eq!(before, bits(&alone), "{spp} spp on the way differ from {spp} spp asked for");
 }
@@ -165,7 +170,7 @@ fn another_target_goes_on_and_a_lower_one_starts_again() {
     assert_eq!(picture.submit(request(32, Some(9))), first, "same samples, more of them: no restart");
     wait("9 spp", || picture.latest().is_some_and(|f| f.spp() == 9));
     let frame = finished(&picture);
-    assert_eq!(frame.request().settings.spp, NonZeroU32::new(9));
+    assert_eq!(frame.request().settings.sampling.spp, NonZeroU32::new(9));
     assert_eq!(bits(&frame), bits(&render(&request(32, Some(9)), 1, &mut |_| true).unwrap()));
 
     let second = picture.submit(request(32, Some(2)));
@@ -236,7 +241,7 @@ fn pictures_take_turns_and_do_not_mix() {
         .map(|strategy| {
             let picture = renderer.add_picture();
             let mut r = request(64, Some(16));
-            r.settings.strategy = strategy;
+            r.settings.estimator.strategy = strategy;
             picture.submit(r.clone());
             (picture, r)
         })

@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use mislab_renderer::{Channel, Scene, Settings, Strategy};
+use mislab_renderer::{Channel, Estimator, Scene, Settings, Strategy};
 use mislab_tests::experiment::{independent, render, veach};
 use mislab_tests::image::Image;
 use mislab_tests::oracle::LUMINANCE;
@@ -70,7 +70,8 @@ struct Ours {
 
 fn ours(scene: &Arc<Scene>, strategy: Strategy, light_prob: f32) -> Ours {
     let [a, b] = [11, 12].map(|seed| {
-        let settings = Settings { strategy, light_prob, ..independent(SPP, seed, [SIDE as u32, SIDE as u32]) };
+        let base = independent(SPP, seed, [SIDE as u32, SIDE as u32]);
+        let settings = Settings { estimator: Estimator { strategy, light_prob, ..base.estimator }, ..base };
         let frame = render(scene, &settings);
         assert_eq!(frame.stats().invalid_samples, 0, "invalid samples");
         let [r, g, b] = [Channel::R, Channel::G, Channel::B].map(|c| frame.channel(c));

@@ -11,8 +11,9 @@ use glam::{DMat4, DVec3, Vec3};
 use mislab_renderer::pbrt::embedded_scene;
 use mislab_renderer::snapshot::{Contents, SaveOptions, info, load_image, restore, save};
 use mislab_renderer::{
-    Bsdf, Camera, Channel, FrameStats, Geometry, Heuristic, Light, Material, OneSampleWeights, PixelRect, Reflectance,
-    Request, SamplerKind, SamplerSettings, Scene, Settings, Shape, Strategy, render,
+    Bsdf, Camera, Channel, Estimator, FrameStats, Geometry, Heuristic, ImageSettings, Light, Material,
+    OneSampleWeights, PixelRect, Reflectance, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings, Shape,
+    Strategy, render,
 };
 
 /// A scene with one of everything and numbers that decimal text easily spoils.
@@ -67,15 +68,18 @@ fn scene() -> Scene {
 /// A cropped picture with every channel and with values of every kind.
 fn contents() -> Contents {
     let settings = Settings {
-        strategy: Strategy::Mis,
-        light_prob: 0.1,
-        heuristic: Heuristic::Cutoff,
-        weights: OneSampleWeights::Tutorial,
-        sampler: SamplerSettings { kind: SamplerKind::Stratified, strata: [6, 7], jitter: false },
-        spp: NonZeroU32::new(4096),
-        seed: u32::MAX,
-        resolution: [20, 37],
-        crop: [0.125, 0.7, 1.0 / 3.0, 1.0],
+        estimator: Estimator {
+            strategy: Strategy::Mis,
+            light_prob: 0.1,
+            heuristic: Heuristic::Cutoff,
+            weights: OneSampleWeights::Tutorial,
+        },
+        sampling: Sampling {
+            sampler: SamplerSettings { kind: SamplerKind::Stratified, strata: [6, 7], jitter: false },
+            spp: NonZeroU32::new(4096),
+            seed: u32::MAX,
+        },
+        image: ImageSettings { resolution: [20, 37], crop: [0.125, 0.7, 1.0 / 3.0, 1.0] },
     };
     let bounds = settings.pixel_bounds();
     let values = |channel: usize| -> Vec<f32> {
@@ -165,7 +169,11 @@ fn the_file_alone_restores_every_setting_and_the_scene() {
     let json = |r: &Request| (serde_json::to_string(&*r.scene).unwrap(), serde_json::to_string(&r.settings).unwrap());
     assert_eq!(json(&restored.request), json(&original));
     assert_eq!(restored.spp, 100);
-    assert_eq!(restored.picture_request().settings.spp, NonZeroU32::new(100), "the passes of the file, not the target");
+    assert_eq!(
+        restored.picture_request().settings.sampling.spp,
+        NonZeroU32::new(100),
+        "the passes of the file, not the target"
+    );
     assert_eq!(restored.view.as_deref(), Some("{\"exposure\":0.5}"));
     assert!(restored.software.starts_with("MIS Lab "), "{}", restored.software);
 }
@@ -461,13 +469,9 @@ fn a_saved_frame_is_restored_and_renders_the_same_bits_again() {
     let mut scene = embedded_scene().scene;
     *scene.material_mut("plate3").expect("a plate").bsdf.alpha_mut().expect("is glossy") = 0.123_456_79;
     let settings = Settings {
-        strategy: Strategy::Mis,
-        light_prob: 0.3,
-        resolution: [40, 30],
-        crop: [0.25, 0.9, 0.1, 1.0],
-        spp: NonZeroU32::new(5),
-        seed: 99,
-        ..Settings::default()
+        estimator: Estimator { strategy: Strategy::Mis, light_prob: 0.3, ..Estimator::default() },
+        sampling: Sampling { spp: NonZeroU32::new(5), seed: 99, ..Sampling::default() },
+        image: ImageSettings { resolution: [40, 30], crop: [0.25, 0.9, 0.1, 1.0] },
     };
     let frame = render(&Request { scene: Arc::new(scene), settings }, 1, &mut |_| true).expect("renders");
     save(&frame, &path, &options()).expect("saves");

@@ -269,9 +269,12 @@ fn the_files_are_the_tutorials() {
     let files: Vec<_> = TutorialRun::ALL.iter().map(|run| run.file).collect();
     assert_eq!(files, ["veachMIS_L.exr", "veachMIS_BSDF.exr", "veach_MIS_ALLx36.exr", "veachMIS_MIS.exr"]);
     let settings = TutorialRun::ALL[2].settings(None, 7);
-    assert_eq!((settings.strategy, settings.resolution, settings.seed), (Strategy::MisAll, [600, 600], 7));
-    assert_eq!((settings.sampler.strata, settings.spp.map(|n| n.get())), ([6, 6], Some(36)));
-    assert_eq!(TutorialRun::ALL[3].settings(Some([40, 30]), 1).resolution, [40, 30]);
+    assert_eq!(
+        (settings.estimator.strategy, settings.image.resolution, settings.sampling.seed),
+        (Strategy::MisAll, [600, 600], 7)
+    );
+    assert_eq!((settings.sampling.sampler.strata, settings.sampling.spp.map(|n| n.get())), ([6, 6], Some(36)));
+    assert_eq!(TutorialRun::ALL[3].settings(Some([40, 30]), 1).image.resolution, [40, 30]);
 }
 
 #[test]

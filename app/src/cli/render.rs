@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use mislab_renderer::{Frame, FrameStats, PixelRect, Request, SamplerKind, SamplerSettings, Scene, Settings};
+use mislab_renderer::{
+    Estimator, Frame, FrameStats, ImageSettings, PixelRect, Request, SamplerKind, SamplerSettings, Sampling, Scene,
+    Settings,
+};
 use serde::Serialize;
 
 use super::Failure;
@@ -48,7 +51,7 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
         })?
     };
     let notice = outfile.save(&frame)?;
-    let bias = frame.request().settings.bias().map(str::to_owned);
+    let bias = frame.request().settings.estimator.bias().map(str::to_owned);
     let report = Report::new(&input, &frame, &outfile);
     if !args.how.quiet {
         for warning in notice.into_iter().chain(report.warning()).chain(bias) {
@@ -62,23 +65,24 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
 /// Puts what the command line names over what the scene file says.
 fn apply(args: &RenderArgs, settings: &mut Settings) {
     if args.quick {
-        settings.resolution = settings.resolution.map(|side| (side / QUICK_SHRINK).max(1));
+        settings.image.resolution = settings.image.resolution.map(|side| (side / QUICK_SHRINK).max(1));
     }
-    settings.resolution = args.size.unwrap_or(settings.resolution);
+    settings.image.resolution = args.size.unwrap_or(settings.image.resolution);
     if let Some(&[x0, x1, y0, y1]) = args.cropwindow.as_deref() {
-        settings.crop = [x0, x1, y0, y1];
+        settings.image.crop = [x0, x1, y0, y1];
     }
-    settings.strategy = args.strategy.unwrap_or(settings.strategy);
-    settings.light_prob = args.light_prob.unwrap_or(settings.light_prob);
-    settings.heuristic = args.heuristic.unwrap_or(settings.heuristic);
-    settings.weights = args.weights.unwrap_or(settings.weights);
-    settings.seed = args.seed.unwrap_or(settings.seed);
-    settings.sampler.kind = args.sampler.unwrap_or(settings.sampler.kind);
+    settings.estimator.strategy = args.strategy.unwrap_or(settings.estimator.strategy);
+    settings.estimator.light_prob = args.light_prob.unwrap_or(settings.estimator.light_prob);
+    settings.estimator.heuristic = args.heuristic.unwrap_or(settings.estimator.heuristic);
+    settings.estimator.weights = args.weights.unwrap_or(settings.estimator.weights);
+    settings.sampling.seed = args.seed.unwrap_or(settings.sampling.seed);
+    settings.sampling.sampler.kind = args.sampler.unwrap_or(settings.sampling.sampler.kind);
 
-    let quick_spp = settings.spp.filter(|spp| args.quick && spp.get() > QUICK_SPP).and(QUICK_SPP.try_into().ok());
+    let quick_spp =
+        settings.sampling.spp.filter(|spp| args.quick && spp.get() > QUICK_SPP).and(QUICK_SPP.try_into().ok());
     if let Some(spp) = args.spp.or(quick_spp) {
-        settings.spp = Some(spp);
-        settings.sampler.strata = SamplerSettings::strata_for(spp.get());
+        settings.sampling.spp = Some(spp);
+        settings.sampling.sampler.strata = SamplerSettings::strata_for(spp.get());
     }
 }
 
@@ -133,8 +137,10 @@ impl Report {
     fn new(input: &Input, frame: &Frame, outfile: &PictureFile) -> Self {
         let stats = frame.stats();
         let FrameStats { paths, render_seconds, cpu_seconds, threads, simd, invalid_samples } = stats;
-        let Settings { strategy, light_prob, heuristic, weights, sampler, seed, resolution, spp: _, crop: _ } =
-            frame.request().settings;
+        let Settings { estimator, sampling, image } = frame.request().settings;
+        let Estimator { strategy, light_prob, heuristic, weights } = estimator;
+        let Sampling { sampler, seed, spp: _ } = sampling;
+        let ImageSettings { resolution, crop: _ } = image;
         let PixelRect { min, max } = frame.bounds();
         let is_stratified = sampler.kind == SamplerKind::Stratified;
         Self {

@@ -17,15 +17,15 @@ pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: Typ
     let inks = Inks::of(ui.visuals());
     let settings = &frame.request().settings;
     let stats = frame.stats();
-    let strategy = settings.strategy;
+    let strategy = settings.estimator.strategy;
     ui.spacing_mut().item_spacing.x = 4.0 * GRID;
 
     let mut how = String::new();
     if matches!(strategy, Strategy::MisAll | Strategy::Mis) {
-        how = heuristic_name(settings.heuristic).to_lowercase();
+        how = heuristic_name(settings.estimator.heuristic).to_lowercase();
     }
     if strategy == Strategy::Mis {
-        how = format!("{how}, c {:.2}", settings.light_prob);
+        how = format!("{how}, c {:.2}", settings.estimator.light_prob);
     }
     let spp = format!("{} spp", frame.spp());
     let paths = format!("{} paths", si(stats.paths as f64));
@@ -41,11 +41,11 @@ pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: Typ
     if !how.is_empty() {
         ui.label(how);
     }
-    if let Some(bias) = settings.bias() {
+    if let Some(bias) = settings.estimator.bias() {
         ui.label(RichText::new("biased").color(inks.wrong)).on_hover_text(bias);
     }
     let font = TextStyle::Body.resolve(ui.style());
-    let digits = settings.spp.map_or(frame.spp(), |target| target.get()).to_string().len();
+    let digits = settings.sampling.spp.map_or(frame.spp(), |target| target.get()).to_string().len();
     let templates = [format!("{} spp", "8".repeat(digits)), "88.8 M paths".into(), "88.8 s".into()];
     for (text, template) in [spp, paths, time].iter().zip(templates) {
         // Rather nothing than half a number.

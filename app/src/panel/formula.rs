@@ -33,7 +33,7 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
     if (formulas.len() as f32) < lines {
         let body = egui::TextStyle::Small.resolve(ui.style());
         let words = painter.layout(
-            super::strategy_description(settings.strategy).into(),
+            super::strategy_description(settings.estimator.strategy).into(),
             body,
             ui.visuals().weak_text_color(),
             rect.width(),
@@ -42,7 +42,7 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
     }
     let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
-    if let Some(bias) = settings.bias() {
+    if let Some(bias) = settings.estimator.bias() {
         ui.label(egui::RichText::new(bias).color(inks.wrong));
     }
     ui.add_space(GRID);
@@ -50,8 +50,8 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
 
 fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
     let (light, bsdf) = (Technique::new("L", inks.light), Technique::new("B", inks.bsdf));
-    let c = f64::from(settings.light_prob);
-    match settings.strategy {
+    let c = f64::from(settings.estimator.light_prob);
+    match settings.estimator.strategy {
         Strategy::Light => vec![row([estimate(), frac(text("f"), light.p()), note("one light sample")])],
         Strategy::Bsdf => vec![row([estimate(), frac(text("f"), bsdf.p()), note("one BSDF sample")])],
         Strategy::MisAll => vec![
@@ -65,10 +65,10 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
                 Math::Gap(0.1),
                 frac(text("f"), bsdf.p()),
             ]),
-            row([light.w(), text("  =  "), weight(settings.heuristic, &light, &bsdf, None)]),
+            row([light.w(), text("  =  "), weight(settings.estimator.heuristic, &light, &bsdf, None)]),
         ],
         Strategy::Mis => {
-            let veach = settings.weights == OneSampleWeights::Veach;
+            let veach = settings.estimator.weights == OneSampleWeights::Veach;
             vec![
                 row([
                     estimate(),
@@ -84,7 +84,11 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
                     frac(text("f"), row([number(1.0 - c), bsdf.p()])),
                     note("otherwise"),
                 ]),
-                row([light.w(), text("  =  "), weight(settings.heuristic, &light, &bsdf, veach.then_some(c))]),
+                row([
+                    light.w(),
+                    text("  =  "),
+                    weight(settings.estimator.heuristic, &light, &bsdf, veach.then_some(c)),
+                ]),
             ]
         }
     }

@@ -15,29 +15,29 @@ const LABEL: f32 = 68.0;
 /// The panel.
 pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing: &Pacing, out: &mut Vec<Command>) {
     title(ui, "Weights");
-    let weighted = matches!(settings.strategy, Strategy::MisAll | Strategy::Mis);
+    let weighted = matches!(settings.estimator.strategy, Strategy::MisAll | Strategy::Mis);
     let heuristics: Vec<(Heuristic, &str, &str)> =
         Heuristic::ALL.into_iter().map(|h| (h, heuristic_name(h), heuristic_hint(h))).collect();
-    if let Some(h) = segmented(ui, "Heuristic", settings.heuristic, &heuristics, weighted) {
+    if let Some(h) = segmented(ui, "Heuristic", settings.estimator.heuristic, &heuristics, weighted) {
         out.push(Command::SetHeuristic(h));
     }
     let weights: Vec<(OneSampleWeights, &str, &str)> =
         OneSampleWeights::ALL.into_iter().map(|w| (w, weights_name(w), weights_hint(w))).collect();
-    let one_sample = settings.strategy == Strategy::Mis;
-    if let Some(w) = segmented(ui, "One-sample weights", settings.weights, &weights, one_sample) {
+    let one_sample = settings.estimator.strategy == Strategy::Mis;
+    if let Some(w) = segmented(ui, "One-sample weights", settings.estimator.weights, &weights, one_sample) {
         out.push(Command::SetWeights(w));
     }
 
     title(ui, "Samples");
     let samplers: Vec<(SamplerKind, &str, &str)> =
         SamplerKind::ALL.into_iter().map(|s| (s, sampler_name(s), sampler_hint(s))).collect();
-    if let Some(kind) = segmented(ui, "Sampler", settings.sampler.kind, &samplers, true) {
+    if let Some(kind) = segmented(ui, "Sampler", settings.sampling.sampler.kind, &samplers, true) {
         out.push(Command::SetSampler(kind));
     }
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
         spp_combo(ui, settings, out);
-        let stratified = settings.sampler.kind == SamplerKind::Stratified;
-        let mut jitter = settings.sampler.jitter;
+        let stratified = settings.sampling.sampler.kind == SamplerKind::Stratified;
+        let mut jitter = settings.sampling.sampler.jitter;
         let response = ui
             .add_enabled(stratified, egui::Checkbox::new(&mut jitter, "jitter"))
             .on_hover_text("A random position in each stratum; off: its centre (biased).");
@@ -46,10 +46,10 @@ pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing
         }
     });
     if reset {
-        out.push(Command::SetSpp(defaults.spp.map_or(SppTarget::Endless, SppTarget::Passes)));
+        out.push(Command::SetSpp(defaults.sampling.spp.map_or(SppTarget::Endless, SppTarget::Passes)));
     }
     let reset = labelled(ui, "seed", LABEL, |ui| {
-        let mut seed = settings.seed;
+        let mut seed = settings.sampling.seed;
         let width = 2.0 * LABEL;
         let height = ui.spacing().interact_size.y;
         let field = DragValue::new(&mut seed).speed(0.1).update_while_editing(false);
@@ -62,7 +62,7 @@ pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing
         }
     });
     if reset {
-        out.push(Command::SetSeed(defaults.seed));
+        out.push(Command::SetSeed(defaults.sampling.seed));
     }
 
     title(ui, "Pace");
@@ -70,12 +70,12 @@ pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing
 }
 
 fn spp_combo(ui: &mut Ui, settings: &Settings, out: &mut Vec<Command>) {
-    let current = settings.spp.map_or(SppTarget::Endless, SppTarget::Passes);
-    let stratified = settings.sampler.kind == SamplerKind::Stratified;
+    let current = settings.sampling.spp.map_or(SppTarget::Endless, SppTarget::Passes);
+    let stratified = settings.sampling.sampler.kind == SamplerKind::Stratified;
     let width = ui.available_width() - 88.0;
     let response = ComboBox::from_id_salt("spp")
         .width(width)
-        .selected_text(spp_text(current, stratified.then_some(settings.sampler.strata)))
+        .selected_text(spp_text(current, stratified.then_some(settings.sampling.sampler.strata)))
         .show_ui(ui, |ui| {
             ui.set_min_width(width);
             for choice in SppTarget::choices() {

@@ -20,9 +20,9 @@ pub fn status_ui(
 ) {
     let spp = frame.map_or(0, Frame::spp);
     let stats = frame.map(Frame::stats);
-    let target = settings.spp.map_or("\u{221e}".into(), |n| n.to_string());
+    let target = settings.sampling.spp.map_or("\u{221e}".into(), |n| n.to_string());
     // As wide as the target, or as an hour of endless passes.
-    let widest = "8".repeat(if settings.spp.is_some() { target.len() } else { 6 });
+    let widest = "8".repeat(if settings.sampling.spp.is_some() { target.len() } else { 6 });
     number(ui, &format!("{spp} / {target} spp"), &format!("{widest} / {target} spp"), None);
     progress(ui, spp, settings, status);
     let paths = stats.map_or(0.0, |s| s.paths as f64);
@@ -63,7 +63,7 @@ pub fn status_ui(
         } else {
             ui.label("false colour");
         }
-        ui.label(format!("seed {}", settings.seed));
+        ui.label(format!("seed {}", settings.sampling.seed));
     });
 }
 
@@ -75,7 +75,7 @@ fn progress(ui: &mut Ui, spp: u32, settings: &Settings, status: &Status) {
         State::Failed => "failed",
         State::Idle | State::Rendering | State::Finished => "",
     };
-    let fraction = match settings.spp {
+    let fraction = match settings.sampling.spp {
         Some(target) => spp as f32 / target.get() as f32,
         // Nothing to be a fraction of: the bar shows the way to the next power of two.
         None if spp > 0 => spp as f32 / (spp + 1).next_power_of_two() as f32,

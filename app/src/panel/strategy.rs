@@ -11,7 +11,7 @@ use crate::widgets::{ParamSlider, Scale};
 /// Four buttons in the strategies' colours, then c.
 pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale, out: &mut Vec<Command>) {
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
-        if strategy_button(ui, index + 1, strategy, settings.strategy == strategy) {
+        if strategy_button(ui, index + 1, strategy, settings.estimator.strategy == strategy) {
             out.push(Command::SetStrategy(strategy));
         }
     }
@@ -21,7 +21,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
     if room < 140.0 {
         return;
     }
-    let matters = settings.strategy == Strategy::Mis;
+    let matters = settings.estimator.strategy == Strategy::Mis;
     let width: f32 = match scale {
         TypeScale::Desk => 300.0,
         TypeScale::Hall => 460.0,
@@ -34,7 +34,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
                 let edit = ParamSlider {
                     name: "c",
                     label_width: if scale == TypeScale::Hall { 28.0 } else { 16.0 },
-                    value: f64::from(settings.light_prob),
+                    value: f64::from(settings.estimator.light_prob),
                     default: f64::from(default_c),
                     range: 0.0..=1.0,
                     scale: Scale::Linear(2),

@@ -16,16 +16,16 @@ pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, lo
         log.warn(at, format!("Film {} is read as \"image\"", shown(kind)));
     }
     let filename = params.text("filename", log)?.map_or_else(|| "pbrt.exr".to_owned(), |f| f.value);
-    s.resolution = [
+    s.image.resolution = [
         params.integer("xresolution", 1, log)?.map_or(1280, |v| v.value),
         params.integer("yresolution", 1, log)?.map_or(720, |v| v.value),
     ];
-    s.crop = [0.0, 1.0, 0.0, 1.0];
+    s.image.crop = [0.0, 1.0, 0.0, 1.0];
     let crop = params.floats::<4>("cropwindow", log)?;
     if let Some(At { value: [xa, xb, ya, yb], .. }) = crop {
         // pbrt sorts and clamps.
         let unit = |v: f64| v.clamp(0.0, 1.0) as f32;
-        s.crop = [unit(xa.min(xb)), unit(xa.max(xb)), unit(ya.min(yb)), unit(ya.max(yb))];
+        s.image.crop = [unit(xa.min(xb)), unit(xa.max(xb)), unit(ya.min(yb)), unit(ya.max(yb))];
     }
     let place = crop.map(|c| c.at).or(params.position("xresolution")).unwrap_or(at);
     check(s, place, log)?;
@@ -41,9 +41,9 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
             params.integer("ysamples", 1, log)?.map_or(4, |v| v.value),
         ];
         let jitter = params.boolean("jitter", log)?.unwrap_or(true);
-        s.sampler = SamplerSettings { kind: SamplerKind::Stratified, strata, jitter };
+        s.sampling.sampler = SamplerSettings { kind: SamplerKind::Stratified, strata, jitter };
         check(s, params.position("xsamples").unwrap_or(at), log)?;
-        s.spp = NonZeroU32::new(strata[0] * strata[1]);
+        s.sampling.spp = NonZeroU32::new(strata[0] * strata[1]);
         params.finish(log);
         return Ok(());
     }
@@ -63,8 +63,8 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
     };
     let spp = params.integer("pixelsamples", 1, log)?.map_or(default_spp, |v| v.value);
     // The strata count only if the user switches to the stratified sampler.
-    s.sampler = SamplerSettings { kind: sampler, strata: SamplerSettings::strata_for(spp), jitter: true };
-    s.spp = NonZeroU32::new(spp);
+    s.sampling.sampler = SamplerSettings { kind: sampler, strata: SamplerSettings::strata_for(spp), jitter: true };
+    s.sampling.spp = NonZeroU32::new(spp);
     params.finish(log);
     check(s, at, log)
 }
@@ -78,15 +78,15 @@ pub(super) fn integrator(
     log: &mut Log,
 ) -> Result<(), Error> {
     let defaults = Settings::default();
-    s.strategy = defaults.strategy;
-    s.light_prob = defaults.light_prob;
-    s.heuristic = defaults.heuristic;
-    s.weights = defaults.weights;
+    s.estimator.strategy = defaults.estimator.strategy;
+    s.estimator.light_prob = defaults.estimator.light_prob;
+    s.estimator.heuristic = defaults.estimator.heuristic;
+    s.estimator.weights = defaults.estimator.weights;
     if kind != "veachMIS" {
         let message = format!(
             "integrator {} is not supported, expected veachMIS; strategy {} is used",
             shown(kind),
-            s.strategy.name()
+            s.estimator.strategy.name()
         );
         log.warn(at, message);
         params.forget();
@@ -102,21 +102,21 @@ pub(super) fn integrator(
         log.warn(old.at, format!("sample_method differs from MISstrategy; {} is used", new.value.name()));
     }
     if let Some(strategy) = new.or(old) {
-        s.strategy = strategy.value;
+        s.estimator.strategy = strategy.value;
     }
     if let Some(At { value, at }) = params.float("lightprob", log)? {
         if !(0.0..=1.0).contains(&value) {
             return Err(log.error(at, format!("lightprob {value}, expected a number in [0, 1]")));
         }
-        s.light_prob = value as f32;
+        s.estimator.light_prob = value as f32;
     }
     let names = Heuristic::ALL.map(Heuristic::name);
     if let Some(h) = params.choice("heuristic", Heuristic::from_name, &names, log)? {
-        s.heuristic = h.value;
+        s.estimator.heuristic = h.value;
     }
     let names = OneSampleWeights::ALL.map(OneSampleWeights::name);
     if let Some(w) = params.choice("weights", OneSampleWeights::from_name, &names, log)? {
-        s.weights = w.value;
+        s.estimator.weights = w.value;
     }
     params.finish(log);
     check(s, at, log)

@@ -17,7 +17,7 @@ use crate::error::Error;
 
 /// The bytes of the file, and the notice about a scene left out.
 pub(super) fn encode(contents: Contents, options: &SaveOptions) -> Result<(Vec<u8>, Option<String>), Error> {
-    let (bounds, [width, height]) = (contents.bounds, contents.request.settings.resolution);
+    let (bounds, [width, height]) = (contents.bounds, contents.request.settings.image.resolution);
     if bounds.max[0] > width || bounds.max[1] > height || bounds.area() == 0 {
         return Err(Error::Invalid(format!(
             "pixels {:?} to {:?}, expected at least one, inside the image of {width} x {height}",
@@ -92,16 +92,19 @@ fn attributes(
         }
     }
     put(names::SCENE_NAME, string(names::SCENE_NAME, &scene.name)?);
-    put(names::STRATEGY, string(names::STRATEGY, settings.strategy.name())?);
-    put(names::LIGHT_PROB, F32(settings.light_prob));
-    put(names::HEURISTIC, string(names::HEURISTIC, settings.heuristic.name())?);
-    put(names::WEIGHTS, string(names::WEIGHTS, settings.weights.name())?);
-    put(names::SAMPLER, string(names::SAMPLER, settings.sampler.kind.name())?);
-    put(names::STRATA, IntVec2(Vec2(settings.sampler.strata[0] as i32, settings.sampler.strata[1] as i32)));
-    put(names::JITTER, I32(settings.sampler.jitter.into()));
+    put(names::STRATEGY, string(names::STRATEGY, settings.estimator.strategy.name())?);
+    put(names::LIGHT_PROB, F32(settings.estimator.light_prob));
+    put(names::HEURISTIC, string(names::HEURISTIC, settings.estimator.heuristic.name())?);
+    put(names::WEIGHTS, string(names::WEIGHTS, settings.estimator.weights.name())?);
+    put(names::SAMPLER, string(names::SAMPLER, settings.sampling.sampler.kind.name())?);
+    put(
+        names::STRATA,
+        IntVec2(Vec2(settings.sampling.sampler.strata[0] as i32, settings.sampling.sampler.strata[1] as i32)),
+    );
+    put(names::JITTER, I32(settings.sampling.sampler.jitter.into()));
     // As text what can be larger than EXR's signed 32-bit integers.
-    put(names::SEED, string(names::SEED, &settings.seed.to_string())?);
-    let [x0, x1, y0, y1] = settings.crop;
+    put(names::SEED, string(names::SEED, &settings.sampling.seed.to_string())?);
+    let [x0, x1, y0, y1] = settings.image.crop;
     put(names::CROP, Rect(FloatRect { min: Vec2(x0, y0), max: Vec2(x1, y1) }));
     put(names::SPP, integer(contents.spp as usize));
     put(names::RENDER_SECONDS, F32(stats.render_seconds as f32));

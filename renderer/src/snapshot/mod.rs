@@ -174,7 +174,7 @@ pub const MAX_IMAGE_BYTES: u64 = crate::Settings::MAX_PIXELS * 4 * crate::Channe
 /// The state a file was saved in.
 #[derive(Clone, Debug)]
 pub struct Restored {
-    /// Scene and settings as they were. `settings.spp` is the target, which the picture may not have reached.
+    /// Scene and settings as they were. `settings.sampling.spp` is the target, which the picture may not have reached.
     pub request: Request,
     /// Passes of the picture in the file.
     pub spp: u32,
@@ -188,7 +188,7 @@ impl Restored {
     /// The request that renders the picture of the file, bit for bit: its target is the number of passes in the file.
     pub fn picture_request(&self) -> Request {
         let mut request = self.request.clone();
-        request.settings.spp = std::num::NonZeroU32::new(self.spp);
+        request.settings.sampling.spp = std::num::NonZeroU32::new(self.spp);
         request
     }
 }

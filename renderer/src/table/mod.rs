@@ -32,7 +32,7 @@ use crate::error::Error;
 use crate::frame::{Channel, Frame};
 use crate::progressive::{Request, render};
 use crate::scene::Scene;
-use crate::settings::{SamplerKind, SamplerSettings, Settings, Strategy};
+use crate::settings::{Estimator, ImageSettings, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 
 /// One file the tutorial asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -61,12 +61,13 @@ impl TutorialRun {
     pub fn settings(&self, size: Option<[u32; 2]>, seed: u32) -> Settings {
         let [nx, ny] = self.strata;
         Settings {
-            strategy: self.strategy,
-            sampler: SamplerSettings { kind: SamplerKind::Stratified, strata: self.strata, jitter: true },
-            spp: NonZeroU32::new(nx * ny),
-            seed,
-            resolution: size.unwrap_or(self.size),
-            ..Settings::default()
+            estimator: Estimator { strategy: self.strategy, ..Estimator::default() },
+            sampling: Sampling {
+                sampler: SamplerSettings { kind: SamplerKind::Stratified, strata: self.strata, jitter: true },
+                spp: NonZeroU32::new(nx * ny),
+                seed,
+            },
+            image: ImageSettings { resolution: size.unwrap_or(self.size), ..ImageSettings::default() },
         }
     }
 }
@@ -348,12 +349,13 @@ const LUMINANCE: [f64; 3] = [0.212_671, 0.715_160, 0.072_169];
 /// One half of a reference: both techniques, points that converge fast.
 fn reference_settings(options: &TableOptions, size: [u32; 2], seed: u32) -> Settings {
     Settings {
-        strategy: Strategy::MisAll,
-        sampler: SamplerSettings { kind: SamplerKind::Sobol, ..Settings::default().sampler },
-        spp: NonZeroU32::new(options.reference_spp / 2),
-        seed,
-        resolution: size,
-        ..Settings::default()
+        estimator: Estimator { strategy: Strategy::MisAll, ..Estimator::default() },
+        sampling: Sampling {
+            sampler: SamplerSettings { kind: SamplerKind::Sobol, ..Sampling::default().sampler },
+            spp: NonZeroU32::new(options.reference_spp / 2),
+            seed,
+        },
+        image: ImageSettings { resolution: size, ..ImageSettings::default() },
     }
 }
 
@@ -439,7 +441,7 @@ impl<'a> Work<'a> {
 
     /// The finished picture, or `None` if the caller wants to stop.
     fn render(&mut self, scene: &Arc<Scene>, settings: Settings, step: &str) -> Result<Option<Arc<Frame>>, Error> {
-        let (rays, target) = (rays(&settings), settings.spp.map_or(1, NonZeroU32::get));
+        let (rays, target) = (rays(&settings), settings.sampling.spp.map_or(1, NonZeroU32::get));
         let request = Request { scene: Arc::clone(scene), settings };
         let (threads, before) = (self.threads, self.done);
         let mut stopped = false;
@@ -463,6 +465,9 @@ impl<'a> Work<'a> {
 
 /// Secondary rays of a picture, as a measure of work.
 fn rays(settings: &Settings) -> f64 {
-    let [width, height] = settings.resolution.map(f64::from);
-    width * height * f64::from(settings.spp.map_or(0, NonZeroU32::get)) * f64::from(settings.strategy.rays_per_sample())
+    let [width, height] = settings.image.resolution.map(f64::from);
+    width
+        * height
+        * f64::from(settings.sampling.spp.map_or(0, NonZeroU32::get))
+        * f64::from(settings.estimator.strategy.rays_per_sample())
 }

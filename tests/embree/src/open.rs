@@ -73,7 +73,7 @@ pub fn measure(file: &Path) {
     let renderer = Renderer::new(2, || {});
     let picture = renderer.add_picture();
     let mut request = Request { scene: Arc::new(loaded.scene), settings: loaded.settings };
-    request.settings.spp = None;
+    request.settings.sampling.spp = None;
     let frame = first_frame(&picture, &request);
     println!("read {read:.2} s, then first frame {frame:.2} s, together {:.2} s", read + frame);
 
@@ -85,7 +85,7 @@ pub fn measure(file: &Path) {
         }
         println!("{name}: frame after {:.0} ms", best * 1e3);
     };
-    edit("seed", &mut |r, i| r.settings.seed = 1000 + i);
+    edit("seed", &mut |r, i| r.settings.sampling.seed = 1000 + i);
     edit("material", &mut |r, i| {
         let scene = Arc::make_mut(&mut r.scene);
         for material in &mut scene.materials {

@@ -9,7 +9,7 @@ use mislab_renderer::build::BuiltScene;
 use mislab_renderer::estimator::{Contribution, Reflected};
 use mislab_renderer::lanes::{Single, V3};
 use mislab_renderer::sampler::{Dimension, Numbers};
-use mislab_renderer::{Bsdf, Geometry, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
+use mislab_renderer::{Bsdf, Estimator, Geometry, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, veach};
 use mislab_tests::oracle::{Lobes, World, heuristic};
@@ -73,7 +73,10 @@ pub fn all_settings() -> Vec<Settings> {
                     let once = strategy == Strategy::Mis || weights == OneSampleWeights::Veach && light_prob == 0.3;
                     let weighted = matches!(strategy, Strategy::Mis | Strategy::MisAll);
                     if once && (weighted || heuristic == Heuristic::Balance) {
-                        all.push(Settings { strategy, heuristic, weights, light_prob, ..base.clone() });
+                        all.push(Settings {
+                            estimator: Estimator { strategy, heuristic, weights, light_prob },
+                            ..base.clone()
+                        });
                     }
                 }
             }
@@ -146,9 +149,9 @@ const NOTHING: Part = Part { value: DVec3::ZERO, weight: 0.0, carries: false };
 
 /// `w f / (c p)` by one technique, the first of the pairs being its own.
 fn part(settings: &Settings, by_light: bool, x: &Direction) -> Part {
-    let c = f64::from(settings.light_prob);
-    let (c_light, c_bsdf) = if settings.strategy == Strategy::Mis { (c, 1.0 - c) } else { (1.0, 1.0) };
-    let (q_light, q_bsdf) = match settings.weights {
+    let c = f64::from(settings.estimator.light_prob);
+    let (c_light, c_bsdf) = if settings.estimator.strategy == Strategy::Mis { (c, 1.0 - c) } else { (1.0, 1.0) };
+    let (q_light, q_bsdf) = match settings.estimator.weights {
         OneSampleWeights::Veach => (c_light * x.p_light, c_bsdf * x.p_bsdf),
         OneSampleWeights::Tutorial => (x.p_light, x.p_bsdf),
     };
@@ -156,8 +159,8 @@ fn part(settings: &Settings, by_light: bool, x: &Direction) -> Part {
     if x.f == DVec3::ZERO || p == 0.0 {
         return NOTHING;
     }
-    let weights = heuristic(settings.heuristic, q_light, q_bsdf);
-    let weight = match settings.strategy {
+    let weights = heuristic(settings.estimator.heuristic, q_light, q_bsdf);
+    let weight = match settings.estimator.strategy {
         Strategy::Light | Strategy::Bsdf => 1.0,
         Strategy::MisAll | Strategy::Mis if by_light => weights.0,
         Strategy::MisAll | Strategy::Mis => weights.1,
@@ -167,8 +170,8 @@ fn part(settings: &Settings, by_light: bool, x: &Direction) -> Part {
 
 /// Heuristics that jump are not asked within rounding of a jump.
 fn near_a_jump(settings: &Settings, x: &Direction) -> bool {
-    let c = f64::from(settings.light_prob);
-    let (c_light, c_bsdf) = match (settings.strategy, settings.weights) {
+    let c = f64::from(settings.estimator.light_prob);
+    let (c_light, c_bsdf) = match (settings.estimator.strategy, settings.estimator.weights) {
         (Strategy::Mis, OneSampleWeights::Veach) => (c, 1.0 - c),
         _ => (1.0, 1.0),
     };
@@ -213,12 +216,12 @@ fn check(
     tally: &mut Tally,
     what: &dyn Fn() -> String,
 ) {
-    let chosen = match settings.strategy {
+    let chosen = match settings.estimator.strategy {
         Strategy::Light => [true, false],
         Strategy::Bsdf => [false, true],
         Strategy::MisAll => [true, true],
         Strategy::Mis => {
-            let light = random.get_1d(Dimension::Technique) < settings.light_prob;
+            let light = random.get_1d(Dimension::Technique) < settings.estimator.light_prob;
             [light, !light]
         }
     };
@@ -287,7 +290,7 @@ fn every_contribution_is_weight_times_integrand_over_density() {
                 wo: d(wo).normalize(),
             };
             for (i, settings) in settings.iter().enumerate() {
-                let mut sampler = Draws::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
+                let mut sampler = Draws::new(Single, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
                 sampler.start(once::key(i as u32, x, y), once::patch(i as u32, x, y));
                 let random = once::draw(&mut sampler, 0);
                 let scene = &lists[i % 2];

@@ -13,8 +13,8 @@ use mislab_renderer::kernel::Lanewise;
 use mislab_renderer::lanes::Single;
 use mislab_renderer::sampler::Dimension;
 use mislab_renderer::{
-    Bsdf, Channel, Frame, Material, Pace, Picture, PixelRect, Renderer, Request, SamplerKind, SamplerSettings, Scene,
-    Settings, State, Strategy, progressive,
+    Bsdf, Channel, Estimator, Frame, ImageSettings, Material, Pace, Picture, PixelRect, Renderer, Request, SamplerKind,
+    SamplerSettings, Sampling, Scene, Settings, State, Strategy, progressive,
 };
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::veach;
@@ -52,8 +52,8 @@ struct Sums {
 
 /// Adds up the first `spp` samples of a pixel, one after the other.
 fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> Sums {
-    let mut sampler = Draws::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
-    sampler.start(once::key(settings.seed, x, y), once::patch(settings.seed, x, y));
+    let mut sampler = Draws::new(Single, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
+    sampler.start(once::key(settings.sampling.seed, x, y), once::patch(settings.sampling.seed, x, y));
     let corner = [x / 8 * 8, y / 8 * 8];
     let near = scene.patches.candidates(&scene.camera, corner, corner.map(|c| c + 8));
     let mut sums = Sums::default();
@@ -145,7 +145,11 @@ fn check(scene: &Scene, settings: &Settings, frame: &Frame) -> [f64; 3] {
 
 fn settings(strategy: Strategy, spp: u32, resolution: [u32; 2]) -> Settings {
     let sampler = SamplerSettings { kind: SamplerKind::Stratified, strata: [2, 3], jitter: true };
-    Settings { strategy, sampler, spp: NonZeroU32::new(spp), seed: 11, resolution, ..Settings::default() }
+    Settings {
+        estimator: Estimator { strategy, ..Estimator::default() },
+        sampling: Sampling { sampler, spp: NonZeroU32::new(spp), seed: 11 },
+        image: ImageSettings { resolution, ..ImageSettings::default() },
+    }
 }
 
 /// Tiles hold each pixel once, and lie on one grid, so that a crop window computes the same packets.
@@ -192,7 +196,8 @@ fn frames_show_the_sums_of_their_samples() {
             (2, [1650, 30], [0.47, 0.53, 0.4, 0.9]),
             (3, [77, 130], [0.1, 0.37, 0.21, 0.83]),
         ] {
-            let settings = Settings { crop, ..settings(strategy, spp, resolution) };
+            let base = settings(strategy, spp, resolution);
+            let settings = Settings { image: ImageSettings { crop, ..base.image }, ..base };
             let scene = veach();
             let counts = check(&scene, &settings, &render(&scene, &settings));
             for (seen, count) in seen.iter_mut().zip(counts) {
@@ -209,7 +214,8 @@ fn sums_keep_their_precision() {
     let scene = veach();
     let mut pictures = 0;
     for (strategy, crop) in [(Strategy::MisAll, [0.3, 0.43, 0.18, 0.3]), (Strategy::Mis, [0.15, 0.31, 0.6, 0.75])] {
-        let settings = Settings { crop, ..settings(strategy, 5000, [16, 16]) };
+        let base = settings(strategy, 5000, [16, 16]);
+        let settings = Settings { image: ImageSettings { crop, ..base.image }, ..base };
         let counts = check(&scene, &settings, &render(&scene, &settings));
         assert!(counts[0] > 5000.0 && counts[1] > 500.0, "{counts:?}");
         pictures += usize::from(counts[2] > 0.0);

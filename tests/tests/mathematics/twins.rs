@@ -8,7 +8,7 @@ use mislab_renderer::film::{BLOCK, Rest, Sample, Tile};
 use mislab_renderer::lanes::{Lanes, Mask, Real, Single, V3};
 use mislab_renderer::patch::Candidates;
 use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
-use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Settings, Strategy};
+use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::two_lanes::{Floats, Integers, Truths, Two};
 
@@ -31,7 +31,7 @@ fn bits<L: Lanes>(r: &Reflected<L>, lane: usize) -> [([u32; 3], u32, bool); 2] {
 
 #[inline(never)]
 fn draw(settings: &Settings, keys: Integers, patch: u32, index: u32) -> Numbers<Two> {
-    let mut sampler = Draws::new(Two, &settings.sampler, [true; Dimension::ALL.len()]);
+    let mut sampler = Draws::new(Two, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
     sampler.start(keys, patch);
     sampler.draw(index)
 }
@@ -88,7 +88,7 @@ fn samples_of_two_pixels() {
                 // Samplers in turn.
                 let kind = SamplerKind::ALL[i % 3];
                 let sampler = SamplerSettings { kind, strata: [2, 3], jitter: true };
-                let settings = &Settings { sampler, ..settings.clone() };
+                let settings = &Settings { sampling: Sampling { sampler, ..settings.sampling }, ..settings.clone() };
                 let keys = [once::key(i as u32, x, y), once::key(i as u32, x + 1, y)];
                 let wide = pixel_keys(Two, i as u32, Integers([x, x + 1]), Integers([y; 2]));
                 assert_eq!(wide.0, keys.map(|key| key.0), "keys");
@@ -98,7 +98,7 @@ fn samples_of_two_pixels() {
                 let alone = [0, 1].map(|lane| {
                     let (dir, hit) = &each[lane];
                     let surface = once::surface(&built, hit).expect("the surface scatters");
-                    let mut sampler = Draws::new(Single, &settings.sampler, [true; Dimension::ALL.len()]);
+                    let mut sampler = Draws::new(Single, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
                     sampler.start(keys[lane], patch);
                     let random = once::draw(&mut sampler, pixel);
                     once::reflected(&built, settings, &surface, -*dir, &random, &near)

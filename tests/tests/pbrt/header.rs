@@ -17,20 +17,23 @@ fn absent_directives_and_parameters() {
     assert_eq!((file.settings, file.film_filename.as_str()), (Settings::default(), "pbrt.exr"));
     assert_eq!((file.scene.camera.fov_deg, file.scene.camera.screen_window), (90.0, None));
     // pbrt's defaults for what a directive leaves out.
-    assert_eq!(settings("Film \"image\"").resolution, [1280, 720]);
+    assert_eq!(settings("Film \"image\"").image.resolution, [1280, 720]);
     let s = settings("Sampler \"stratified\"");
-    assert_eq!((s.sampler.strata, s.sampler.jitter, s.spp.map(|n| n.get())), ([4, 4], true, Some(16)));
-    assert_eq!(settings("Sampler \"random\"").spp.map(|n| n.get()), Some(4));
+    assert_eq!(
+        (s.sampling.sampler.strata, s.sampling.sampler.jitter, s.sampling.spp.map(|n| n.get())),
+        ([4, 4], true, Some(16))
+    );
+    assert_eq!(settings("Sampler \"random\"").sampling.spp.map(|n| n.get()), Some(4));
 }
 
 #[test]
 fn film() {
     let s =
         settings(r#"Film "image" "integer xresolution" 40 "integer yresolution" [30] "float cropwindow" [.5 0 .25 1]"#);
-    assert_eq!((s.resolution, s.crop), ([40, 30], [0.0, 0.5, 0.25, 1.0]));
+    assert_eq!((s.image.resolution, s.image.crop), ([40, 30], [0.0, 0.5, 0.25, 1.0]));
     // The last one wins as a whole.
     let s = settings("Film \"image\" \"integer xresolution\" 40\nFilm \"image\" \"integer yresolution\" 30");
-    assert_eq!(s.resolution, [1280, 30]);
+    assert_eq!(s.image.resolution, [1280, 30]);
     assert_failure("Film \"image\"\n \"integer xresolution\" [0]", 2, 25, &["xresolution", "0", "at least 1"]);
     assert_failure("Film \"image\"\n \"integer xresolution\" [100000]", 2, 2, &["100000", "65536"]);
     assert_failure("Film \"image\" \"float cropwindow\" [.5 .5 0 1]", 1, 34, &["crop window", "x0 < x1"]);
@@ -43,20 +46,26 @@ fn samplers() {
         let s = settings(&format!(
             "Sampler \"stratified\" \"bool jitter\" {jitter} \"integer xsamples\" [3] \"integer ysamples\" 5"
         ));
-        assert_eq!((s.sampler.strata, s.sampler.jitter, s.spp.map(|n| n.get())), ([3, 5], false, Some(15)));
+        assert_eq!(
+            (s.sampling.sampler.strata, s.sampling.sampler.jitter, s.sampling.spp.map(|n| n.get())),
+            ([3, 5], false, Some(15))
+        );
     }
     let s = settings("Sampler \"random\" \"integer pixelsamples\" [12]");
     assert_eq!(
-        (s.sampler.kind, s.sampler.strata, s.spp.map(|n| n.get())),
+        (s.sampling.sampler.kind, s.sampling.sampler.strata, s.sampling.spp.map(|n| n.get())),
         (SamplerKind::Independent, [3, 4], Some(12))
     );
     let s = settings("Sampler \"sobol\" \"integer pixelsamples\" [32]");
-    assert_eq!((s.sampler.kind, s.spp.map(|n| n.get())), (SamplerKind::Sobol, Some(32)));
+    assert_eq!((s.sampling.sampler.kind, s.sampling.spp.map(|n| n.get())), (SamplerKind::Sobol, Some(32)));
     for other in ["halton", "02sequence", "lowdiscrepancy", "maxmindist"] {
         let file = parse(&format!(
             "Sampler \"{other}\" \"integer pixelsamples\" [32]\nCamera \"perspective\" WorldBegin WorldEnd"
         ));
-        assert_eq!((file.settings.sampler.kind, file.settings.spp.map(|n| n.get())), (SamplerKind::Sobol, Some(32)));
+        assert_eq!(
+            (file.settings.sampling.sampler.kind, file.settings.sampling.spp.map(|n| n.get())),
+            (SamplerKind::Sobol, Some(32))
+        );
         assert_eq!(file.warnings.len(), 1);
     }
     assert_failure("Sampler \"stratified\" \"integer xsamples\" [0]", 1, 42, &["xsamples", "at least 1"]);
@@ -74,15 +83,15 @@ fn integrators() {
     let s = settings(
         "Integrator \"veachMIS\" \"string MISstrategy\" \"mis\" \"float lightprob\" [0.25] \"string heuristic\" [\"power\"] \"string weights\" \"tutorial\"",
     );
-    assert_eq!((s.strategy, s.light_prob), (Strategy::Mis, 0.25));
-    assert_eq!((s.heuristic, s.weights), (Heuristic::Power, OneSampleWeights::Tutorial));
+    assert_eq!((s.estimator.strategy, s.estimator.light_prob), (Strategy::Mis, 0.25));
+    assert_eq!((s.estimator.heuristic, s.estimator.weights), (Heuristic::Power, OneSampleWeights::Tutorial));
     // The last one wins, with everything it leaves out.
     let s = settings(
         "Integrator \"veachMIS\" \"string heuristic\" \"cutoff\"\nIntegrator \"veachMIS\" \"string MISstrategy\" \"bsdf\"",
     );
-    assert_eq!((s.strategy, s.heuristic), (Strategy::Bsdf, Heuristic::Balance));
+    assert_eq!((s.estimator.strategy, s.estimator.heuristic), (Strategy::Bsdf, Heuristic::Balance));
     let file = parse("Integrator \"path\" \"integer maxdepth\" [5]\nCamera \"perspective\" WorldBegin WorldEnd");
-    assert_eq!(file.settings.strategy, Strategy::MisAll);
+    assert_eq!(file.settings.estimator.strategy, Strategy::MisAll);
     assert_eq!(file.warnings.len(), 1, "{:?}", file.warnings);
     assert!(file.warnings[0].message.contains("veachMIS"));
     assert_failure(
@@ -130,6 +139,6 @@ fn cameras() {
 #[test]
 fn misplaced_header_is_read_with_a_warning() {
     let file = parse(&world("Integrator \"veachMIS\" \"string MISstrategy\" \"mis\""));
-    assert_eq!(file.settings.strategy, Strategy::Mis);
+    assert_eq!(file.settings.estimator.strategy, Strategy::Mis);
     assert_eq!(warnings(&file), [(3, 1, "Integrator belongs before WorldBegin; it is read all the same")]);
 }

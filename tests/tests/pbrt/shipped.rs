@@ -111,7 +111,7 @@ fn large_light_is_on_the_left() {
 fn plastic_scene_lets_pbrt_remap() {
     let file = pbrt::embedded_plastic_scene();
     assert_no_warnings(&file);
-    assert_eq!(file.settings.resolution, [768, 512]);
+    assert_eq!(file.settings.image.resolution, [768, 512]);
     assert_eq!(file.scene.camera.fov_deg, 28.0);
     assert_eq!(file.scene.light_shapes().count(), 5);
     let overhead = &file.scene.shapes[4];

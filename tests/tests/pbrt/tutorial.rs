@@ -55,12 +55,12 @@ fn tutorial_headers_work_as_printed() {
     for (header, strategy, filename, spp, size) in cases {
         for (i, quote) in quotes.iter().enumerate() {
             let file = parse(&with_header(&quote(header)));
-            assert_eq!(file.settings.strategy, strategy);
+            assert_eq!(file.settings.estimator.strategy, strategy);
             assert_eq!(file.film_filename, filename);
-            assert_eq!(file.settings.spp.map(|n| n.get()), Some(spp));
-            assert_eq!(file.settings.sampler.kind, SamplerKind::Stratified);
-            assert!(file.settings.sampler.jitter);
-            assert_eq!(file.settings.resolution, [size, size]);
+            assert_eq!(file.settings.sampling.spp.map(|n| n.get()), Some(spp));
+            assert_eq!(file.settings.sampling.sampler.kind, SamplerKind::Stratified);
+            assert!(file.settings.sampling.sampler.jitter);
+            assert_eq!(file.settings.image.resolution, [size, size]);
             assert_eq!(file.scene, Scene { name: "test".to_owned(), ..pbrt::embedded_scene().scene });
             let expected = usize::from(i > 0);
             assert_eq!(file.warnings.len(), expected, "one warning about quotes: {:?}", file.warnings);
@@ -86,7 +86,7 @@ fn alternate(text: &str, quotes: [char; 2]) -> String {
 #[test]
 fn header_alone_is_an_empty_scene() {
     let file = parse(HEADER_LIGHT);
-    assert_eq!(file.settings.strategy, Strategy::Light);
+    assert_eq!(file.settings.estimator.strategy, Strategy::Light);
     assert!(file.scene.shapes.is_empty());
     assert!(file.warnings.iter().any(|w| w.message.contains("WorldBegin")));
 }
@@ -98,7 +98,7 @@ fn what_copying_brings_is_read() {
     let text = "\u{feff}Film\u{a0}\"image\"\r\n\u{a0}\"string \u{fb01}lename\" [\"a.exr\"] \"integer\r\n  x\u{ad}resolution\" [20]\r\n\
                 \"integer yresolution\" [10]\r\nTranslate \u{2212}1 \u{2013}2 3\r\nCamera \"perspective\"\r\nWorldBegin WorldEnd";
     let file = parse(text);
-    assert_eq!((file.film_filename.as_str(), file.settings.resolution), ("a.exr", [20, 10]));
+    assert_eq!((file.film_filename.as_str(), file.settings.image.resolution), ("a.exr", [20, 10]));
     assert_eq!(file.scene.camera.world_from_camera.w_axis, DVec4::new(1.0, 2.0, -3.0, 1.0));
     let found = warnings(&file);
     assert_eq!(found.len(), 2, "{found:?}");
