@@ -2,9 +2,10 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::film::Tile;
-use mislab_renderer::kernel::{Lanewise, render_tile};
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{Estimator, PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy, pbrt};
 
 fn main() {

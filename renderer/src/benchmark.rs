@@ -11,13 +11,15 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::build::BuiltScene;
 use crate::error::Error;
-use crate::film::Tile;
-use crate::kernel::{Lanewise, render_tile};
-use crate::progressive::{Picture, Renderer, Request, render};
-use crate::scene::Scene;
-use crate::settings::{Estimator, ImageSettings, PixelRect, Sampling, Settings, Strategy};
+use crate::progressive::{Picture, Renderer, render};
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::request::Request;
+use mislab_kernel::request::scene::Scene;
+use mislab_kernel::request::{Estimator, ImageSettings, PixelRect, Sampling, Settings, Strategy};
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
 
 /// Samples per pixel of one timed call, as the progressive renderer makes them in a running picture.
 const BURST: u32 = 8;

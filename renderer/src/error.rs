@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use mislab_kernel::request::Invalid;
+
 /// A place in a text file. Lines and columns count from 1; columns count characters.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Location {
@@ -63,6 +65,12 @@ pub enum Error {
     /// A scene or setting that cannot be rendered.
     #[error("{0}")]
     Invalid(String),
+}
+
+impl From<Invalid> for Error {
+    fn from(Invalid(message): Invalid) -> Self {
+        Self::Invalid(message)
+    }
 }
 
 impl Error {

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::film::{BLOCK, COUNT, LUMINANCE, Tile, WEIGHT};
-use crate::lanes::{Level, PACKET, dispatch};
-use crate::progressive::Request;
-use crate::settings::PixelRect;
+use mislab_kernel::film::{COUNT, LUMINANCE, Tile, WEIGHT};
+use mislab_kernel::geometry::grid::BLOCK;
+use mislab_kernel::lanes::{Level, PACKET, dispatch};
+use mislab_kernel::request::PixelRect;
+use mislab_kernel::request::Request;
 
 /// One image of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::build::BuiltScene;
-use crate::film::Tile;
 use crate::frame::{Frame, FrameStats};
-use crate::progressive::Request;
-use crate::settings::PixelRect;
+use mislab_kernel::film::Tile;
+use mislab_kernel::request::PixelRect;
+use mislab_kernel::request::Request;
+use mislab_kernel::world::BuiltScene;
 
 /// Longest time a worker holds a tile, in seconds: bounds the wait for a cancelled pass.
 const SLICE: f64 = 2e-3;
@@ -77,7 +77,7 @@ impl Job {
     }
 
     pub(crate) fn finished(&self) -> bool {
-        self.request.target().is_some_and(|target| self.samples >= target) || self.samples == u32::MAX
+        self.request.settings.sampling.target().is_some_and(|target| self.samples >= target) || self.samples == u32::MAX
     }
 
     /// Samples per pixel of the next pass: as many as fit into a slice and, where frames are `taken`, between two of them.
@@ -88,7 +88,7 @@ impl Job {
         let wanted = taken || self.since_publish(Instant::now()) < ATTENTION;
         let interval = if wanted { FRAME_INTERVAL } else { f64::INFINITY };
         let fitting = (interval / per_sample).min(SLICE / per_tile).clamp(1.0, 4096.0) as u32;
-        let left = self.request.target().unwrap_or(u32::MAX) - self.samples;
+        let left = self.request.settings.sampling.target().unwrap_or(u32::MAX) - self.samples;
         fitting.min(left)
     }
 

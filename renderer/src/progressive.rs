@@ -18,41 +18,17 @@ use arc_swap::ArcSwapOption;
 use cpu_time::ThreadTime;
 use thread_priority::ThreadPriority;
 
-use crate::build::BuiltScene;
 use crate::error::Error;
-use crate::film::Tile;
 use crate::frame::{Frame, FrameStats};
 use crate::job::{Job, Pass, recycle};
-use crate::kernel::{Lanewise, render_tile};
-use crate::scene::Scene;
-use crate::settings::{PixelRect, Sampling, Settings};
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::request::{Invalid, PixelRect, Request};
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
 
 /// Panics of one generation after which it is given up.
 const MAX_PANICS: u64 = 3;
-
-/// What to render.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Request {
-    /// The scene, with every edit applied.
-    pub scene: Arc<Scene>,
-    /// Strategy, samples and image.
-    pub settings: Settings,
-}
-
-impl Request {
-    /// True if `other` asks for the same samples, perhaps for more or fewer of them.
-    fn same_samples(&self, other: &Self) -> bool {
-        let settings = Settings {
-            sampling: Sampling { spp: other.settings.sampling.spp, ..self.settings.sampling },
-            ..self.settings.clone()
-        };
-        settings == other.settings && (Arc::ptr_eq(&self.scene, &other.scene) || self.scene == other.scene)
-    }
-
-    pub(crate) fn target(&self) -> Option<u32> {
-        self.settings.sampling.spp.map(std::num::NonZeroU32::get)
-    }
-}
 
 /// How fast passes follow each other. Never changes the bits of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -274,7 +250,11 @@ impl Picture {
                 && let Some(job) = &mut p.job
                 && job.generation == p.generation
                 && job.request.same_samples(&request)
-                && request.target().is_none_or(|n| n >= job.samples + job.pass.as_ref().map_or(0, |pass| pass.count))
+                && request
+                    .settings
+                    .sampling
+                    .target()
+                    .is_none_or(|n| n >= job.samples + job.pass.as_ref().map_or(0, |pass| pass.count))
             {
                 job.request = request;
                 // The frame on show was made with another target: let it be replaced.
@@ -395,7 +375,7 @@ impl Shared {
     fn build(&self, picture: u64, generation: u64, request: Arc<Request>) -> bool {
         let known: Vec<_> = self.lock().pictures.iter().filter_map(|p| p.built.clone()).collect();
         let built = catch_unwind(|| BuiltScene::with_known(&request.scene, &request.settings, &known).map(Arc::new))
-            .unwrap_or_else(|panic| Err(Error::Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
+            .unwrap_or_else(|panic| Err(Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
         let mut core = self.lock();
         let Some(p) = core.pictures.iter_mut().find(|p| p.id == picture) else { return false };
         // Even where the request has changed since: the next one may want the same geometry.
@@ -637,7 +617,7 @@ pub fn render_with(
     how: Lanewise,
     on_progress: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Arc<Frame>, Error> {
-    let target = request.target();
+    let target = request.settings.sampling.target();
     if target.is_none() {
         return Err(Error::Invalid("endless spp, expected a number of samples per pixel".into()));
     }

@@ -1,8 +1,8 @@
 //! The random numbers of some pixels, any sample at a time.
 
+use mislab_kernel::lanes::Lanes;
+use mislab_kernel::sampler::{Dimension, Numbers, Pixels, Sampler, Which};
 use mislab_renderer::SamplerSettings;
-use mislab_renderer::lanes::Lanes;
-use mislab_renderer::sampler::{Dimension, Numbers, Pixels, Sampler, Which};
 
 /// A sampler and the pixels it is for.
 pub struct Draws<L: Lanes> {

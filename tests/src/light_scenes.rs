@@ -1,9 +1,9 @@
 //! Lights around a point, for tests of their densities and weights.
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::bsdf::Material;
-use mislab_renderer::light::{Light, LightShape, Lights};
-use mislab_renderer::shape::{Ball, Facet};
+use mislab_kernel::estimator::bsdf::Material;
+use mislab_kernel::geometry::shape::{Ball, Facet};
+use mislab_kernel::light::{Light, LightShape, Lights};
 
 use crate::charts::{Chart, frame};
 

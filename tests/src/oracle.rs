@@ -15,7 +15,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use mislab_renderer::scene::{self, Reflectance, Scene};
+use mislab_kernel::request::scene::{self, Reflectance, Scene};
 use mislab_renderer::{Geometry, Heuristic, OneSampleWeights, Settings, Strategy};
 
 use crate::quadrature::{self, Domain};

@@ -1,7 +1,7 @@
 //! Rays in lanes.
 
 use glam::Vec3;
-use mislab_renderer::lanes::{Lanes, PACKET, V3};
+use mislab_kernel::lanes::{Lanes, PACKET, V3};
 
 /// The first `L::N` of these vectors, one in each lane.
 #[inline(always)]

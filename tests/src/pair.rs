@@ -4,9 +4,9 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::kernel::{Lanewise, Task};
-use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, V3};
-use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
+use mislab_kernel::lanes::{Lanes, Mask, PACKET, Real, V3};
+use mislab_kernel::lanes::{Lanewise, Task};
+use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
 use mislab_renderer::{SamplerKind, SamplerSettings};
 
 use crate::charts::Chart;

@@ -1,11 +1,11 @@
 //! Two lanes in plain arrays, to find out whether lanes know of each other. Each does exactly what [`Single`] does, so that
 //! results have to agree to the bit.
 //!
-//! [`Single`]: mislab_renderer::lanes::Single
+//! [`Single`]: mislab_kernel::lanes::Single
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-use mislab_renderer::lanes::{Lanes, Mask, Real, SHORT, Uint};
+use mislab_kernel::lanes::{Lanes, Mask, Real, SHORT, Uint};
 
 /// Two lanes.
 #[derive(Clone, Copy, Debug)]

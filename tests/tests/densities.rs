@@ -15,11 +15,12 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::bsdf::{self, Material, Surface};
-use mislab_renderer::kernel::Lanewise;
-use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, V3};
-use mislab_renderer::sampler::{Dimension, Numbers};
-use mislab_renderer::{Bsdf, Reflectance, warp};
+use mislab_kernel::estimator::bsdf::{self, Material, Surface};
+use mislab_kernel::estimator::warp;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::lanes::{Lanes, Mask, PACKET, Real, V3};
+use mislab_kernel::sampler::{Dimension, Numbers};
+use mislab_renderer::{Bsdf, Reflectance};
 use mislab_tests::charts::{Chart, frame};
 use mislab_tests::chi_square::PValues;
 use mislab_tests::depth::is_deep;

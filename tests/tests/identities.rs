@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::film::Tile;
-use mislab_renderer::kernel::{Lanewise, render_tile};
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{
     Bsdf, Channel, Estimator, Frame, Heuristic, ImageSettings, Layer, Pace, Picture, Renderer, Request, SamplerKind,
     SamplerSettings, Sampling, Scene, Settings, State, Strategy,

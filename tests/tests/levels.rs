@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use mislab_renderer::kernel::Lanewise;
+use mislab_kernel::lanes::Lanewise;
 use mislab_renderer::snapshot::{Contents, SaveOptions};
 use mislab_renderer::{
     Channel, Estimator, Frame, ImageSettings, Renderer, Request, SamplerKind, SamplerSettings, Sampling, Settings,

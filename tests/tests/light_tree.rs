@@ -2,11 +2,12 @@
 //! level, however the lights lie and wherever a ray starts.
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::geometry::Geometry;
-use mislab_renderer::kernel::{Lanewise, Task};
-use mislab_renderer::lanes::{Lanes, PACKET, Real, Uint};
-use mislab_renderer::light::{Light, LightShape, Lights};
-use mislab_renderer::patch::{List, Patches};
+use mislab_kernel::geometry::Geometry;
+use mislab_kernel::geometry::list::List;
+use mislab_kernel::lanes::{Lanes, PACKET, Real, Uint};
+use mislab_kernel::lanes::{Lanewise, Task};
+use mislab_kernel::light::{Light, LightShape, Lights};
+use mislab_kernel::world::culling::Patches;
 use mislab_tests::depth::depth;
 use mislab_tests::light_scenes::{ball, facet, random};
 use mislab_tests::packets::vector;

@@ -4,13 +4,15 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::film::Tile;
-use mislab_renderer::geometry::Geometry;
-use mislab_renderer::kernel::{Lanewise, Task, render_tile};
-use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, Uint};
-use mislab_renderer::patch::{List, Patches};
-use mislab_renderer::shape::{Ball, Facet};
+use mislab_kernel::film::Tile;
+use mislab_kernel::geometry::Geometry;
+use mislab_kernel::geometry::list::List;
+use mislab_kernel::geometry::shape::{Ball, Facet};
+use mislab_kernel::lanes::{Lanes, Mask, PACKET, Real, Uint};
+use mislab_kernel::lanes::{Lanewise, Task};
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
+use mislab_kernel::world::culling::Patches;
 use mislab_renderer::{Bsdf, Estimator, ImageSettings, Light, Material, PixelRect, Scene, Settings, Shape, Strategy};
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::camera;

@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::film::Tile;
-use mislab_renderer::kernel::{Lanewise, render_tile};
-use mislab_renderer::light::LightShape;
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::light::LightShape;
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{
     Bsdf, Estimator, Geometry, Light, Material, PixelRect, Reflectance, SamplerKind, Scene, Settings, Shape, Strategy,
 };

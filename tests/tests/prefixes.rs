@@ -4,8 +4,8 @@
 //! replicates: pixels with other seeds.
 
 use glam::DVec3;
-use mislab_renderer::lanes::{Single, Wrapping};
-use mislab_renderer::sampler::{Dimension, Numbers, patch_key, pixel_keys};
+use mislab_kernel::lanes::{Single, Wrapping};
+use mislab_kernel::sampler::{Dimension, Numbers, patch_key, pixel_keys};
 use mislab_renderer::{Channel, Estimator, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, keyhole, render, veach};

@@ -1,11 +1,12 @@
 //! The two weights of every direction sum to 1 and are never negative.
 
 use glam::Vec3;
-use mislab_renderer::bsdf::{self, Material, Surface};
-use mislab_renderer::kernel::{Lanewise, Task};
-use mislab_renderer::lanes::{Lanes, Mask, PACKET, Real, V3};
-use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
-use mislab_renderer::{Bsdf, Heuristic, Reflectance, mis};
+use mislab_kernel::estimator::bsdf::{self, Material, Surface};
+use mislab_kernel::estimator::heuristic;
+use mislab_kernel::lanes::{Lanes, Mask, PACKET, Real, V3};
+use mislab_kernel::lanes::{Lanewise, Task};
+use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
+use mislab_renderer::{Bsdf, Heuristic, Reflectance};
 use mislab_tests::draws::Draws;
 use mislab_tests::light_scenes::{View, many, mixtures};
 use mislab_tests::pair::INDEPENDENT;
@@ -57,8 +58,8 @@ impl Task for Directions<'_> {
             for (a, b) in [(p_light, p_bsdf), (c * p_light, (l.f(1.0) - c) * p_bsdf)] {
                 let some = !(a.le(l.f(0.0)) & b.le(l.f(0.0)));
                 for heuristic in Heuristic::ALL {
-                    let (w_a, _) = mis::weight(l, heuristic, a, b, l.m(true));
-                    let (w_b, _) = mis::weight(l, heuristic, b, a, l.m(false));
+                    let (w_a, _) = heuristic::weight(l, heuristic, a, b, l.m(true));
+                    let (w_b, _) = heuristic::weight(l, heuristic, b, a, l.m(false));
                     let off = (w_a + w_b - 1.0).abs();
                     let sound = w_a.ge(l.f(0.0)) & w_b.ge(l.f(0.0)) & off.le(l.f(ULPS));
                     let bad = (some & !sound).bits();

@@ -12,8 +12,8 @@ use super::shape::{Placement, read_area_light, read_shape};
 use super::transform::{Transform, flaw};
 use super::{SceneFile, header};
 use crate::error::Error;
-use crate::scene::{Camera, Light, Scene, Shape};
-use crate::settings::Settings;
+use mislab_kernel::request::Settings;
+use mislab_kernel::request::scene::{Camera, Light, Scene, Shape};
 
 /// Most `AttributeBegin` inside each other.
 const MAX_DEPTH: usize = 1000;

@@ -7,8 +7,8 @@ use glam::DMat4;
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
 use crate::error::Error;
-use crate::scene::Camera;
-use crate::settings::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Settings, Strategy};
+use mislab_kernel::request::scene::Camera;
+use mislab_kernel::request::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Settings, Strategy};
 
 /// Film as the file has it.
 pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, log: &mut Log) -> Result<String, Error> {

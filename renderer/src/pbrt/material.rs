@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
 use crate::error::Error;
-use crate::scene::{Bsdf, Material, Reflectance};
+use mislab_kernel::request::scene::{Bsdf, Material, Reflectance};
 
 /// What pbrt uses where no material is given.
 const DEFAULT_MATTE: Bsdf = Bsdf::Matte { kd: Vec3::splat(0.5) };

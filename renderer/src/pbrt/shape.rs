@@ -10,7 +10,7 @@ use super::parser::Folders;
 use super::ply;
 use super::transform::{swaps_handedness, uniform_scale};
 use crate::error::Error;
-use crate::scene::Geometry;
+use mislab_kernel::request::scene::Geometry;
 
 /// Most triangles of one mesh.
 pub(super) const MAX_TRIANGLES: usize = 1 << 24;

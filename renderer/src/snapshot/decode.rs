@@ -14,11 +14,11 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 
 use super::{Image, MAX_IMAGE_BYTES, Restored, Window, names};
-use crate::build::BuiltScene;
 use crate::error::Error;
-use crate::progressive::Request;
-use crate::scene::Scene;
-use crate::settings::Settings;
+use mislab_kernel::request::Request;
+use mislab_kernel::request::Settings;
+use mislab_kernel::request::scene::Scene;
+use mislab_kernel::world::BuiltScene;
 
 /// See [`super::load_image`].
 pub(super) fn load_image(path: &Path) -> Result<Image, Error> {

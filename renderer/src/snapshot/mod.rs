@@ -16,8 +16,8 @@ use std::time::SystemTime;
 
 use crate::error::Error;
 use crate::frame::{Channel, Frame, FrameStats};
-use crate::progressive::Request;
-use crate::settings::PixelRect;
+use mislab_kernel::request::PixelRect;
+use mislab_kernel::request::Request;
 
 /// What this program calls itself in files (`software`).
 pub const SOFTWARE: &str = concat!("MIS Lab ", env!("CARGO_PKG_VERSION"));

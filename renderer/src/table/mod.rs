@@ -30,9 +30,10 @@ use self::quality::{Reference, crosses, mean_and_error, sidak};
 use self::regions::{Groups, Square, visible_materials};
 use crate::error::Error;
 use crate::frame::{Channel, Frame};
-use crate::progressive::{Request, render};
-use crate::scene::Scene;
-use crate::settings::{Estimator, ImageSettings, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
+use crate::progressive::render;
+use mislab_kernel::request::Request;
+use mislab_kernel::request::scene::Scene;
+use mislab_kernel::request::{Estimator, ImageSettings, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 
 /// One file the tutorial asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

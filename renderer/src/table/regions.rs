@@ -4,7 +4,7 @@ use glam::{DVec3, DVec4, Vec3};
 
 use super::{LightSize, LobeWidth};
 use crate::error::Error;
-use crate::scene::{Geometry, Scene, Shape};
+use mislab_kernel::request::scene::{Geometry, Scene, Shape};
 
 /// A square of the table, in the order of [`super::TableRow::cells`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

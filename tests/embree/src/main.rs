@@ -9,9 +9,9 @@ mod rays;
 use std::time::Instant;
 
 use glam::Vec3A;
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::kernel::Lanewise;
-use mislab_renderer::lanes::{Lanes, Mask, Real, Simd, Uint, V3, Wide};
+use mislab_kernel::world::BuiltScene;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::lanes::{Lanes, Mask, Real, Simd, Uint, V3, Wide};
 use mislab_renderer::{Camera, Geometry, Scene, Settings, Shape};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;

@@ -4,11 +4,11 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::bsdf;
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::estimator::{Contribution, Reflected};
-use mislab_renderer::lanes::{Single, V3};
-use mislab_renderer::sampler::{Dimension, Numbers};
+use mislab_kernel::estimator::bsdf;
+use mislab_kernel::estimator::{Contribution, Reflected};
+use mislab_kernel::lanes::{Single, V3};
+use mislab_kernel::sampler::{Dimension, Numbers};
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{Bsdf, Estimator, Geometry, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, veach};

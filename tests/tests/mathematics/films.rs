@@ -6,12 +6,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::estimator::Contribution;
-use mislab_renderer::film::Tile;
-use mislab_renderer::kernel::Lanewise;
-use mislab_renderer::lanes::Single;
-use mislab_renderer::sampler::Dimension;
+use mislab_kernel::estimator::Contribution;
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::lanes::Single;
+use mislab_kernel::sampler::Dimension;
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{
     Bsdf, Channel, Estimator, Frame, ImageSettings, Material, Pace, Picture, PixelRect, Renderer, Request, SamplerKind,
     SamplerSettings, Sampling, Scene, Settings, State, Strategy, progressive,

@@ -1,14 +1,15 @@
 //! The heuristics at given densities. (Weights of the densities of whole scenes: `weights.rs`.)
 
-use mislab_renderer::lanes::Single;
-use mislab_renderer::{Heuristic, mis};
+use mislab_kernel::estimator::heuristic;
+use mislab_kernel::lanes::Single;
+use mislab_renderer::Heuristic;
 
 /// Four units in the last place of 1.
 const ULPS: f32 = 4.0 * f32::EPSILON;
 
 /// Both weights, with the technique that wins ties first.
 fn weights(heuristic: Heuristic, a: f32, b: f32) -> [f32; 2] {
-    [mis::weight(Single, heuristic, a, b, true).0, mis::weight(Single, heuristic, b, a, false).0]
+    [heuristic::weight(Single, heuristic, a, b, true).0, heuristic::weight(Single, heuristic, b, a, false).0]
 }
 
 fn assert_sound([a, b]: [f32; 2], what: impl Fn() -> String) {
@@ -52,7 +53,7 @@ fn weights_are_those_of_the_book() {
             };
             let found = weights(heuristic, a, b);
             let name = heuristic.name();
-            let (_, w_over_a) = mis::weight(Single, heuristic, a, b, true);
+            let (_, w_over_a) = heuristic::weight(Single, heuristic, a, b, true);
             let scaled = f64::from(w_over_a) * x;
             assert!(
                 (scaled - expected).abs() < 1e-6,

@@ -4,10 +4,10 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::lanes::Single;
-use mislab_renderer::light::{Aim, Light, LightShape, Lights};
-use mislab_renderer::sampler::{Dimension, Numbers};
+use mislab_kernel::lanes::Single;
+use mislab_kernel::light::{Aim, Light, LightShape, Lights};
+use mislab_kernel::sampler::{Dimension, Numbers};
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{Geometry, Scene};
 use mislab_tests::experiment::{independent, veach};
 use mislab_tests::light_scenes::{ASLANT, View, ball, facets, far_balls, many, mixtures, near_balls, random};

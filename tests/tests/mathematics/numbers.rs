@@ -3,8 +3,8 @@
 
 use std::collections::HashSet;
 
-use mislab_renderer::lanes::{Single, Wrapping};
-use mislab_renderer::sampler::{Dimension, Numbers, Pixels, RUN, Sampler, Which, patch_key};
+use mislab_kernel::lanes::{Single, Wrapping};
+use mislab_kernel::sampler::{Dimension, Numbers, Pixels, RUN, Sampler, Which, patch_key};
 use mislab_renderer::{SamplerKind, SamplerSettings, Strategy};
 use mislab_tests::chi_square::{PValues, chi_square};
 use mislab_tests::draws::Draws;

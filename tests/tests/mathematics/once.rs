@@ -2,14 +2,14 @@
 //! from, and the time to compile them is most of the time that a mutant takes.
 
 use glam::{DVec3, Vec3};
+use mislab_kernel::estimator::bsdf::{self, BsdfValue, Surface};
+use mislab_kernel::estimator::{Reflected, reflected_radiance};
+use mislab_kernel::lanes::{Single, V3, Wrapping};
+use mislab_kernel::light::{Lights, Sight};
+use mislab_kernel::sampler::{Dimension, Numbers, patch_key, pixel_keys};
+use mislab_kernel::world::culling::Candidates;
+use mislab_kernel::world::{BuiltScene, CameraHit};
 use mislab_renderer::Settings;
-use mislab_renderer::bsdf::{self, BsdfValue, Surface};
-use mislab_renderer::build::{BuiltScene, CameraHit};
-use mislab_renderer::estimator::{Reflected, reflected_radiance};
-use mislab_renderer::lanes::{Single, V3, Wrapping};
-use mislab_renderer::light::{Lights, Sight};
-use mislab_renderer::patch::Candidates;
-use mislab_renderer::sampler::{Dimension, Numbers, patch_key, pixel_keys};
 use mislab_tests::draws::Draws;
 use mislab_tests::pair::INDEPENDENT;
 

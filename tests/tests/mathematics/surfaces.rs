@@ -3,10 +3,11 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::bsdf::{Material, Surface};
-use mislab_renderer::lanes::Single;
-use mislab_renderer::sampler::{Dimension, Numbers};
-use mislab_renderer::{Bsdf, Reflectance, warp};
+use mislab_kernel::estimator::bsdf::{Material, Surface};
+use mislab_kernel::estimator::warp;
+use mislab_kernel::lanes::Single;
+use mislab_kernel::sampler::{Dimension, Numbers};
+use mislab_renderer::{Bsdf, Reflectance};
 use mislab_tests::charts::frame;
 use mislab_tests::light_scenes::random;
 use mislab_tests::oracle::Lobes;

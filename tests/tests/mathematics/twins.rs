@@ -1,13 +1,14 @@
 //! Two lanes at a time give what each of them gives alone, to the bit: masks and shortcuts ("if any lane ...") let no
 //! lane see another.
 
-use mislab_renderer::bsdf::Surface;
-use mislab_renderer::build::BuiltScene;
-use mislab_renderer::estimator::{Contribution, Reflected, reflected_radiance};
-use mislab_renderer::film::{BLOCK, Rest, Sample, Tile};
-use mislab_renderer::lanes::{Lanes, Mask, Real, Single, V3};
-use mislab_renderer::patch::Candidates;
-use mislab_renderer::sampler::{Dimension, Numbers, pixel_keys};
+use mislab_kernel::estimator::bsdf::Surface;
+use mislab_kernel::estimator::{Contribution, Reflected, reflected_radiance};
+use mislab_kernel::film::{Rest, Sample, Tile};
+use mislab_kernel::geometry::grid::BLOCK;
+use mislab_kernel::lanes::{Lanes, Mask, Real, Single, V3};
+use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
+use mislab_kernel::world::BuiltScene;
+use mislab_kernel::world::culling::Candidates;
 use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::two_lanes::{Floats, Integers, Truths, Two};

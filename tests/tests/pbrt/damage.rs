@@ -1,6 +1,6 @@
 //! Damaged files: whatever they hold, nothing panics.
 
-use mislab_renderer::build::BuiltScene;
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::pbrt;
 
 use crate::files::{PLY_ASCII, ply_binary, write};

@@ -1,7 +1,7 @@
 //! The scenes shipped, against their published numbers.
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::build::BuiltScene;
+use mislab_kernel::world::BuiltScene;
 use mislab_renderer::pbrt;
 use mislab_renderer::{Bsdf, Reflectance, Settings, Shape};
 

@@ -5,7 +5,7 @@ use crate::{cargo, needs};
 
 /// Crates of the workspace whose debug assertions and overflow checks are on under test. Dependencies keep the release
 /// profile, so that tests and `cargo run --release` share one build of them.
-const CHECKED: [&str; 3] = ["mislab-renderer", "mislab", "mislab-tests"];
+const CHECKED: [&str; 4] = ["mislab-kernel", "mislab-renderer", "mislab", "mislab-tests"];
 
 /// Provides what the tests need and runs them, `deep` with more samples and cases (`tests/src/depth.rs`); `args` replace
 /// `--workspace`.

@@ -20,68 +20,14 @@
 
 use glam::{DVec3, Vec3, Vec4};
 
-use crate::camera::Pinhole;
-use crate::film::BLOCK;
 use crate::geometry::Geometry;
+use crate::geometry::list::{List, MOST};
+use crate::geometry::shape::{Ball, Facet};
 use crate::light::{FEW, LightShape, Lights};
-use crate::shape::{Ball, Facet};
-
-/// Side of a patch in pixels.
-pub const SIDE: u32 = 8;
-
-/// Width and height of a patch in blocks.
-pub const PATCH: [u32; 2] = [SIDE / BLOCK[0], SIDE / BLOCK[1]];
-
-/// Most primitives, lights among them, of a scene that lists are made for.
-pub const MOST: usize = 32;
+use crate::world::camera::Pinhole;
 
 /// Allowance for rounding: 32 units in the last place of the largest number involved.
 const SLACK: f32 = 16.0 * f32::EPSILON;
-
-/// Numbers of primitives below [`MOST`], as bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct List(u32);
-
-impl List {
-    /// The numbers 0 .. n, or none if they are more than [`MOST`].
-    fn all(n: usize) -> Self {
-        if n > MOST { Self(0) } else { Self(((1u64 << n) - 1) as u32) }
-    }
-
-    /// How many there are.
-    #[inline(always)]
-    pub fn len(self) -> usize {
-        self.0.count_ones() as usize
-    }
-
-    /// True if there is none.
-    #[inline(always)]
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// The smallest, 32 if there is none.
-    #[inline(always)]
-    pub fn first(self) -> usize {
-        self.0.trailing_zeros() as usize
-    }
-
-    /// Those below `n`, and the others.
-    #[inline(always)]
-    pub fn split(self, n: usize) -> (Self, Self) {
-        let below = Self::all(n.min(MOST)).0;
-        (Self(self.0 & below), Self(self.0 & !below))
-    }
-
-    /// Takes the smallest out.
-    #[inline(always)]
-    pub fn take_first(&mut self) -> Option<usize> {
-        let first = self.first();
-        let some = !self.is_empty();
-        self.0 &= self.0.wrapping_sub(1);
-        some.then_some(first)
-    }
-}
 
 /// What the rays of a patch may meet. The lists mean nothing for geometry that has a tree, and for
 /// more than [`MOST`] lights.
@@ -421,10 +367,17 @@ impl Patches {
             List::all(self.counts[0])
         };
         let lights_apart = covered && {
-            let id = List(surfaces).first();
+            let id = List::of_bits(surfaces).first();
             self.lights_apart(&self.facets[id], &Surface::new(&beam, &self.facets[id], &looks[id]))
         };
-        Candidates { surfaces: List(surfaces), covered, lights: List(lights), occluders, tree: self.tree, lights_apart }
+        Candidates {
+            surfaces: List::of_bits(surfaces),
+            covered,
+            lights: List::of_bits(lights),
+            occluders,
+            tree: self.tree,
+            lights_apart,
+        }
     }
 
     /// True if all lights are balls and no ray from a point of the surface meets two of them.
@@ -479,6 +432,6 @@ impl Patches {
                 }
             }
         }
-        List(occluders)
+        List::of_bits(occluders)
     }
 }

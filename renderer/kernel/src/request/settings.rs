@@ -258,6 +258,13 @@ impl Default for Sampling {
     }
 }
 
+impl Sampling {
+    /// [`Self::spp`] as a plain number.
+    pub fn target(&self) -> Option<u32> {
+        self.spp.map(NonZeroU32::get)
+    }
+}
+
 /// Size of the image and the part of it that is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImageSettings {

@@ -20,14 +20,18 @@
 //! A weight belongs to the technique that drew the sample. The weights of a direction sum to one
 //! because both techniques ask the same functions for the densities.
 
-use crate::bsdf::{self, BsdfValue, Surface};
-use crate::build::BuiltScene;
+pub mod bsdf;
+pub mod heuristic;
+pub mod warp;
+
+use bsdf::{BsdfValue, Surface};
+
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::light::Aim;
-use crate::mis;
-use crate::patch::Candidates;
+use crate::request::{OneSampleWeights, Settings, Strategy};
 use crate::sampler::{Dimension, Numbers};
-use crate::settings::{OneSampleWeights, Settings, Strategy};
+use crate::world::BuiltScene;
+use crate::world::culling::Candidates;
 
 /// A direction as a technique drew it.
 #[derive(Clone, Copy)]
@@ -187,7 +191,7 @@ fn follow<L: Lanes>(
     let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
     let (weight, w_over_a) = match settings.estimator.strategy {
         Strategy::Light | Strategy::Bsdf => (one, one / a),
-        Strategy::MisAll | Strategy::Mis => mis::weight(l, settings.estimator.heuristic, a, other, by_light),
+        Strategy::MisAll | Strategy::Mis => heuristic::weight(l, settings.estimator.heuristic, a, other, by_light),
     };
     let w_over_cp = match settings.estimator.weights {
         OneSampleWeights::Veach => w_over_a,

@@ -1,6 +1,6 @@
 //! A scene as plain data: what a scene file says and what the panels edit.
 //!
-//! The renderer works on a [`crate::build::BuiltScene`] made from it. All numbers are in world
+//! The renderer works on a [`crate::world::BuiltScene`] made from it. All numbers are in world
 //! space; lengths are in the scene's unit, radiances in W / (m^2 sr) per channel (Rec. 709).
 
 use std::sync::Arc;

@@ -5,15 +5,17 @@
 //! [`Lights::look`], as a function of the direction alone; both techniques and every strategy use
 //! that function, so that the two weights of a direction always sum to one.
 
+mod tree;
+
 use glam::Vec3;
 
+use crate::estimator::warp;
+use crate::geometry::bounds::{ball_box, facet_box};
+use crate::geometry::list::{self, List};
+use crate::geometry::shape::{self, Ball, BallLanes, Facet, FacetLanes};
 use crate::lanes::{Lanes, Mask, Real, SHORT, Uint, V3};
-use crate::light_tree::LightTree;
-use crate::patch::{self, List};
 use crate::sampler::{Dimension, Numbers};
-use crate::shape::{self, Ball, BallLanes, Facet, FacetLanes};
-use crate::tree::{ball_box, facet_box};
-use crate::warp;
+use tree::LightTree;
 
 /// Where a light is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +40,7 @@ pub struct Light {
     /// Emitted radiance.
     pub radiance: Vec3,
     /// What it reflects.
-    pub material: crate::bsdf::Material,
+    pub material: crate::estimator::bsdf::Material,
 }
 
 /// All lights that are on.
@@ -458,7 +460,7 @@ impl Lights {
             return (front.t, front.index, front.radiance);
         }
         let mut front = Front::none(l);
-        let listed = self.list.len() <= patch::MOST;
+        let listed = self.list.len() <= list::MOST;
         // Balls, then facets: a choice inside one loop would carry all vectors through memory.
         let (mut balls, mut facets) = list.split(self.balls.len());
         let mut next = 0;

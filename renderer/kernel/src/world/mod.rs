@@ -1,19 +1,23 @@
 //! From a scene's parameters to the form that packets of rays work on.
 
+pub mod camera;
+pub mod culling;
+
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
-use crate::bsdf::{Material, Surface};
-use crate::camera::Pinhole;
-use crate::error::Error;
+use crate::estimator::bsdf::{Material, Surface};
 use crate::geometry::Geometry;
+use crate::geometry::grid;
+use crate::geometry::shape::{Ball, Facet};
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
 use crate::light::{Light, LightShape, Lights};
-use crate::patch::{self, Candidates, Patches};
-use crate::scene::{self, Scene};
-use crate::settings::Settings;
-use crate::shape::{Ball, Facet};
+use crate::request::Invalid;
+use crate::request::Settings;
+use crate::request::scene::{self, Scene};
+use camera::Pinhole;
+use culling::{Candidates, Patches};
 
 /// Most triangles of one scene, a guard against running out of memory.
 pub const MAX_TRIANGLES: usize = 50_000_000;
@@ -96,8 +100,8 @@ impl BuiltScene {
     /// Checks the scene and builds it.
     ///
     /// # Errors
-    /// [`Error::Invalid`] names the shape or material whose numbers cannot be rendered.
-    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+    /// [`Invalid`] names the shape or material whose numbers cannot be rendered.
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Invalid> {
         Self::with_known(scene, settings, &[])
     }
 
@@ -107,8 +111,8 @@ impl BuiltScene {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_known(scene: &Scene, settings: &Settings, known: &[Arc<Self>]) -> Result<Self, Error> {
-        settings.check().map_err(Error::Invalid)?;
+    pub fn with_known(scene: &Scene, settings: &Settings, known: &[Arc<Self>]) -> Result<Self, Invalid> {
+        settings.check().map_err(Invalid)?;
         let camera = Pinhole::new(&scene.camera, settings.image.resolution)?;
         for material in &scene.materials {
             check_material(material)?;
@@ -123,7 +127,7 @@ impl BuiltScene {
                         .materials
                         .get(m)
                         .ok_or_else(|| {
-                            Error::Invalid(format!(
+                            Invalid(format!(
                                 "shape {index} has material {m}, expected one of {}",
                                 scene.materials.len()
                             ))
@@ -136,7 +140,7 @@ impl BuiltScene {
             if let Some(light) = emits
                 && !(light.radiance.is_finite() && light.radiance.min_element() >= 0.0)
             {
-                return Err(Error::Invalid(format!(
+                return Err(Invalid(format!(
                     "light {} has radiance {}, expected finite numbers >= 0",
                     light.name, light.radiance
                 )));
@@ -175,7 +179,7 @@ impl BuiltScene {
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights =
             if clear_of(&geometry, &lights, epsilon) { Lights::new(lights).clear() } else { Lights::new(lights) };
-        let [columns, rows] = settings.image.resolution.map(|pixels| pixels.div_ceil(patch::SIDE) as usize);
+        let [columns, rows] = settings.image.resolution.map(|pixels| pixels.div_ceil(grid::SIDE) as usize);
         // What a patch sees is a matter of shapes and camera alone.
         let sees_the_same = |other: &&Arc<Self>| {
             Arc::ptr_eq(&other.geometry, &geometry)
@@ -219,8 +223,8 @@ impl BuiltScene {
 
     /// What can matter to the patch whose first pixel is (x, y).
     pub fn near(&self, [x, y]: [u32; 2]) -> Candidates {
-        let ask = || self.patches.candidates(&self.camera, [x, y], [x, y].map(|min| min + patch::SIDE));
-        let at = (y / patch::SIDE) as usize * self.columns + (x / patch::SIDE) as usize;
+        let ask = || self.patches.candidates(&self.camera, [x, y], [x, y].map(|min| min + grid::SIDE));
+        let at = (y / grid::SIDE) as usize * self.columns + (x / grid::SIDE) as usize;
         self.near.get(at).map_or_else(ask, |known| *known.get_or_init(ask))
     }
 
@@ -355,19 +359,19 @@ fn on_facet<'a, L: Lanes>(l: L, facet: &Facet, p: V3<L>, dir: V3<L>) -> Surface<
     Surface::new(l, p, V3::splat(l, facet.normal), dir, &Material::BLACK)
 }
 
-fn check_material(material: &scene::Material) -> Result<(), Error> {
+fn check_material(material: &scene::Material) -> Result<(), Invalid> {
     let name = &material.name;
     let check = |what: &str, v: Vec3, max: f32| {
         if v.is_finite() && v.min_element() >= 0.0 && v.max_element() <= max {
             Ok(())
         } else {
-            Err(Error::Invalid(format!("material {name}: {what} {v}, expected numbers in [0, {max}]")))
+            Err(Invalid(format!("material {name}: {what} {v}, expected numbers in [0, {max}]")))
         }
     };
     if let Some(alpha) = material.bsdf.alpha()
         && !(0.0..=1.0).contains(&alpha)
     {
-        return Err(Error::Invalid(format!("material {name}: roughness {alpha}, expected a number in [0, 1]")));
+        return Err(Invalid(format!("material {name}: roughness {alpha}, expected a number in [0, 1]")));
     }
     match &material.bsdf {
         scene::Bsdf::Matte { kd } => check("diffuse reflectance", *kd, 1.0),
@@ -384,19 +388,19 @@ fn check_material(material: &scene::Material) -> Result<(), Error> {
     }
 }
 
-fn check_count(triangles: usize) -> Result<(), Error> {
+fn check_count(triangles: usize) -> Result<(), Invalid> {
     if triangles > MAX_TRIANGLES {
-        return Err(Error::Invalid(format!("more than {MAX_TRIANGLES} triangles, expected fewer")));
+        return Err(Invalid(format!("more than {MAX_TRIANGLES} triangles, expected fewer")));
     }
     Ok(())
 }
 
 /// The primitives of shape `index`: facets of a mesh, or one sphere.
-fn primitives(index: usize, geometry: &scene::Geometry, reverse: bool) -> Result<(Vec<Facet>, Option<Ball>), Error> {
+fn primitives(index: usize, geometry: &scene::Geometry, reverse: bool) -> Result<(Vec<Facet>, Option<Ball>), Invalid> {
     match geometry {
         scene::Geometry::Sphere { center, radius } => {
             if !(center.is_finite() && radius.is_finite() && *radius > 0.0 && radius * radius > 0.0) {
-                return Err(Error::Invalid(format!(
+                return Err(Invalid(format!(
                     "shape {index}: sphere at {center} with radius {radius}, expected finite numbers and a radius > 0"
                 )));
             }
@@ -405,11 +409,11 @@ fn primitives(index: usize, geometry: &scene::Geometry, reverse: bool) -> Result
         }
         scene::Geometry::Mesh { positions, triangles } => {
             if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_element() > 1e15) {
-                return Err(Error::Invalid(format!("shape {index}: vertex at {p}, expected numbers below 1e15")));
+                return Err(Invalid(format!("shape {index}: vertex at {p}, expected numbers below 1e15")));
             }
             let corner = |i: u32| {
                 positions.get(i as usize).copied().ok_or_else(|| {
-                    Error::Invalid(format!(
+                    Invalid(format!(
                         "shape {index}: triangle refers to vertex {i}, expected one of {}",
                         positions.len()
                     ))

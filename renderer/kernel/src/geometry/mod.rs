@@ -1,14 +1,22 @@
 //! All surfaces of a scene, and the two questions asked of them: what does a ray meet first, and
 //! is anything in its way.
 
+pub mod bounds;
+pub mod bvh;
+pub mod grid;
+pub mod hit;
+pub mod list;
+pub mod shape;
+
 use std::fmt;
 
 use glam::Vec3;
 
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
-use crate::patch::List;
-use crate::shape::{Ball, Facet};
-use crate::tree::Tree;
+use bvh::Tree;
+use hit::Nearest;
+use list::List;
+use shape::{Ball, Facet};
 
 /// Up to so many primitives a list is searched from end to end; a tree pays from about there.
 const FLAT_LIMIT: usize = 24;
@@ -28,15 +36,6 @@ impl fmt::Debug for Geometry {
         let nodes = self.tree.as_ref().map_or(0, |tree| tree.len());
         write!(f, "Geometry {{ {} facets, {} balls, {nodes} nodes }}", self.facets.len(), self.balls.len())
     }
-}
-
-/// What a packet of rays met first.
-#[derive(Clone, Copy)]
-pub struct Nearest<L: Lanes> {
-    /// Distance; infinite if nothing was met.
-    pub t: L::F,
-    /// Primitive id; meaningless where `t` is infinite.
-    pub id: L::U,
 }
 
 impl Geometry {

@@ -5,7 +5,7 @@
 //! 0.08): none is squared, only their ratio is.
 
 use crate::lanes::{Lanes, Mask, Real};
-use crate::settings::Heuristic;
+use crate::request::Heuristic;
 
 /// Exponent of the power heuristic.
 pub const POWER_BETA: u32 = 2;

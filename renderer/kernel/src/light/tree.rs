@@ -10,8 +10,8 @@
 
 use obvhs::aabb::Aabb;
 
+use crate::geometry::bvh::{Binary, FAN, INNER, KIND_BITS, LEVELS, Node, near_and_far, reciprocal};
 use crate::lanes::{Lanes, Mask, PACKET, Real, V3};
-use crate::tree::{Binary, FAN, INNER, KIND_BITS, LEVELS, Node, near_and_far, reciprocal};
 
 /// Longest list of a ray. One that may meet more lights has to ask all.
 pub const MOST_MET: usize = 8;

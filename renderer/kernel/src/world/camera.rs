@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::error::Error;
 use crate::lanes::{Lanes, V3};
-use crate::scene::Camera;
+use crate::request::Invalid;
+use crate::request::scene::Camera;
 
 /// A pinhole camera, ready for use: the direction through image point (x, y), in pixels from the
 /// top left, is `corner + x right + y down`.
@@ -21,17 +21,14 @@ impl Pinhole {
     /// Works out the axes in f64.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a field of view outside (0, 180) or a transform that is not usable.
-    pub fn new(camera: &Camera, resolution: [u32; 2]) -> Result<Self, Error> {
+    /// [`Invalid`] for a field of view outside (0, 180) or a transform that is not usable.
+    pub fn new(camera: &Camera, resolution: [u32; 2]) -> Result<Self, Invalid> {
         if !(camera.fov_deg > 0.0 && camera.fov_deg < 180.0) {
-            return Err(Error::Invalid(format!(
-                "field of view {} degrees, expected between 0 and 180",
-                camera.fov_deg
-            )));
+            return Err(Invalid(format!("field of view {} degrees, expected between 0 and 180", camera.fov_deg)));
         }
         let m = camera.world_from_camera;
         if !m.is_finite() || m.determinant().abs() < 1e-30 {
-            return Err(Error::Invalid("camera transform cannot be inverted, expected position and directions".into()));
+            return Err(Invalid("camera transform cannot be inverted, expected position and directions".into()));
         }
         let [w, h] = resolution.map(f64::from);
         let [x0, x1, y0, y1] = camera.screen(resolution);

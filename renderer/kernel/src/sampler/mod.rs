@@ -3,8 +3,18 @@
 //! No state is carried from sample to sample, so that pixels, samples and techniques may be
 //! computed in any order, on any thread, skipped or replayed, and give the same bits.
 
+pub mod hash;
+mod sobol;
+mod strata;
+mod unit;
+
+use hash::{mix, mix_on, mix_one};
+use sobol::{scramble, sobol_1d, sobol_2d};
+use strata::{Order, Shuffle, Strata, nested};
+use unit::{HALF, UNIT, in_stratum};
+
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint};
-use crate::settings::{SamplerKind, SamplerSettings, Strategy};
+use crate::request::{SamplerKind, SamplerSettings, Strategy};
 
 /// What a random number is for. The same technique finds the same numbers in every strategy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,31 +50,6 @@ impl Dimension {
         })
     }
 }
-
-/// A bijection of 32-bit integers with good avalanche (two multiply-xorshift rounds, constants of
-/// the low-bias search by Wellons 2018 and followers).
-#[inline(always)]
-fn mix<L: Lanes>(l: L, x: L::U) -> L::U {
-    let x = (x ^ (x >> 16)) * l.u(0x21f0_aaad);
-    let x = (x ^ (x >> 15)) * l.u(0xd35a_2d97);
-    x ^ (x >> 15)
-}
-
-/// [`mix`] for one number.
-#[inline(always)]
-pub(crate) const fn mix_one(x: u32) -> u32 {
-    let x = (x ^ (x >> 16)).wrapping_mul(0x21f0_aaad);
-    let x = (x ^ (x >> 15)).wrapping_mul(0xd35a_2d97);
-    x ^ (x >> 15)
-}
-
-/// The upper half of the avalanche of [`mix`] again, for a second number from the bits of a first one. It costs half as
-/// much; its upper bits, which are the ones used, depend on all bits of the first.
-#[inline(always)]
-fn mix_on<L: Lanes>(l: L, x: L::U) -> L::U {
-    (x ^ (x >> 16)) * l.u(0x7feb_352d)
-}
-
 /// By dimension: what sets the streams of random numbers apart, and which number of its stream's pair a dimension of
 /// one number takes.
 const STREAMS: [(u32, usize); Dimension::ALL.len()] = {
@@ -78,22 +63,6 @@ const STREAMS: [(u32, usize); Dimension::ALL.len()] = {
     streams[Dimension::LightChoice as usize] = (streams[Dimension::Technique as usize].0, 1);
     streams
 };
-
-/// 2^-24: what makes 24 bits a number in [0, 1).
-const UNIT: f32 = 1.0 / 16_777_216.0;
-
-/// The largest float below 1.
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
-
-/// One half in 24 bits.
-const HALF: f32 = 8_388_608.0;
-
-/// The upper 24 bits as a float in [0, 1).
-#[inline(always)]
-fn to_unit<L: Lanes>(x: L::U) -> L::F {
-    (x >> 8).to_real() * UNIT
-}
-
 /// What distinguishes the pixels of a packet, for one seed. Different pixels (of images up to
 /// 65536 squared) have different keys.
 #[inline(always)]
@@ -402,199 +371,6 @@ impl Sampler {
 fn round_key(round: u32, dimension: Dimension) -> u32 {
     mix_one(round.wrapping_mul(8) + dimension as u32 + 1)
 }
-
-/// A number in a stratum of n, at `offset` in units of 2^-24.
-#[inline(always)]
-fn in_stratum<L: Lanes>(l: L, stratum: L::F, n: u32, offset: L::F) -> L::F {
-    offset.mul_add(l.f(UNIT / n as f32), stratum * (1.0 / n as f32)).min(l.f(BELOW_ONE))
-}
-
-/// The strata of a round, 1 to 65536 of them, and how they are permuted: rounds of a bijection of the next power of
-/// two, walked until it lands below n; then a rotation.
-#[derive(Clone, Copy, Debug)]
-struct Strata {
-    n: u32,
-    /// For the next power of two: all its bits, and half of how many they are.
-    mask: u32,
-    fold: u32,
-}
-
-impl Strata {
-    fn new(n: u32) -> Self {
-        let bits = 32 - (n - 1).leading_zeros();
-        Self { n, mask: (1 << bits) - 1, fold: bits.div_ceil(2) }
-    }
-
-    /// One round: exclusive or, multiplication by an odd number, folding of the upper half onto the lower.
-    #[inline(always)]
-    fn permute<L: Lanes>(&self, l: L, x: L::U, key: L::U, factor: L::U) -> L::U {
-        let y = ((x ^ key) * factor) & l.u(self.mask);
-        y ^ (y >> self.fold)
-    }
-
-    #[inline(always)]
-    fn rotate<L: Lanes>(&self, l: L, x: L::U, shift: L::U) -> L::U {
-        let (x, limit) = (x + shift, l.u(self.n));
-        x.lt(limit).select_u(x, x - limit)
-    }
-
-    /// The shuffle that the random bits of `key` name.
-    #[inline(always)]
-    fn shuffle<L: Lanes>(&self, l: L, key: L::U) -> Shuffle<L> {
-        // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n.
-        Shuffle { key, factor: (mix_on(l, key) >> 15) | l.u(1), shift: ((key >> 16) * l.u(self.n)) >> 16 }
-    }
-
-    /// Where a pixel's shuffle takes a stratum of its patch's order.
-    #[inline(always)]
-    fn place<L: Lanes>(&self, l: L, stratum: L::U, shuffle: &Shuffle<L>) -> L::U {
-        let mut x = self.permute(l, stratum, shuffle.key, shuffle.factor);
-        if self.n <= self.mask {
-            let mut outside = !x.lt(l.u(self.n));
-            while outside.any() {
-                x = outside.select_u(self.permute(l, x, shuffle.key, shuffle.factor), x);
-                outside = !x.lt(l.u(self.n));
-            }
-        }
-        self.rotate(l, x, shuffle.shift)
-    }
-
-    /// Position i, with its bits in reverse order, of a power of two of strata: i, i + 1, ... are as far apart as can be.
-    fn reversed(&self, i: u32) -> u32 {
-        (i & self.mask).reverse_bits().checked_shr(self.mask.leading_zeros()).unwrap_or(0)
-    }
-
-    /// Where a pixel's nested shuffle takes a stratum: each bit is flipped or not, depending on those above it, so that
-    /// strata far apart stay so.
-    #[inline(always)]
-    fn place_nested<L: Lanes>(&self, l: L, stratum: L::U, shuffle: &Shuffle<L>) -> L::U {
-        let x = (stratum ^ shuffle.key) & l.u(self.mask);
-        x ^ ((x >> 1) & shuffle.factor)
-    }
-}
-
-/// How a pixel shuffles the strata, which its patch visits in an order that all its pixels have in common. The order
-/// is random, the shuffle a single round: enough to make neighbours nearly independent of each other, so that the noise
-/// of all patches is alike. The rotation is uniform, so that every pixel is in every stratum with equal probability at
-/// every sample.
-#[derive(Clone, Copy)]
-struct Shuffle<L: Lanes> {
-    key: L::U,
-    /// Odd, if it is not nested.
-    factor: L::U,
-    /// 0 to n - 1.
-    shift: L::U,
-}
-
-/// The nested shuffle that the random bits of `key` name.
-#[inline(always)]
-fn nested<L: Lanes>(l: L, key: L::U) -> Shuffle<L> {
-    Shuffle { key, factor: mix_on(l, key) >> 16, shift: l.u(0) }
-}
-
-/// A permutation of the strata: the order in which the pixels of a patch visit them in one dimension and one round.
-#[derive(Clone, Copy, Debug)]
-struct Order {
-    strata: Strata,
-    keys: [u32; 4],
-    factors: [u32; 4],
-    /// Rotation at the end.
-    shift: u32,
-}
-
-impl Order {
-    /// The permutation that `key` names.
-    fn new(strata: Strata, key: u32) -> Self {
-        let key = mix_one(key);
-        let key2 = mix_one(key ^ 0x68e3_1da4);
-        Self {
-            strata,
-            keys: [key, key >> 8, key >> 16, key2 >> 1],
-            factors: [key2 >> 3, key2 >> 11, key2 >> 19, key >> 5].map(|factor| factor | 1),
-            shift: ((mix_one(key2) >> 16) * strata.n) >> 16,
-        }
-    }
-
-    /// Where positions i go; those from n on go somewhere.
-    #[inline(always)]
-    fn place<L: Lanes>(&self, l: L, i: L::U) -> L::U {
-        let limit = l.u(self.strata.n);
-        let mut outside = i.lt(limit);
-        let mut x = outside.select_u(i, l.u(0));
-        while outside.any() {
-            let mut y = x;
-            // Four rounds; with three, pairs of successive strata are 6 % from uniform at n = 6.
-            for round in 0..4 {
-                y = self.strata.permute(l, y, l.u(self.keys[round]), l.u(self.factors[round]));
-            }
-            x = outside.select_u(y, x);
-            outside = outside & !x.lt(limit);
-        }
-        self.strata.rotate(l, x, l.u(self.shift))
-    }
-}
-
-/// Keys of one dimension's Owen scrambling: of the index, of the first and the second number.
-#[inline(always)]
-fn scramble<L: Lanes>(l: L, key: L::U) -> [L::U; 3] {
-    [key, mix(l, key + l.u(1)), mix(l, key + l.u(2))]
-}
-
-#[inline(always)]
-fn sobol_1d<L: Lanes>(l: L, reversed: L::U, keys: &[L::U; 3]) -> L::F {
-    let index = shuffled_index(l, reversed, keys[0]);
-    to_unit::<L>(reverse_bits(l, scramble_reversed(l, index, keys[1])))
-}
-
-/// Owen-scrambled first two Sobol dimensions, decoupled between groups by shuffling the index
-/// ("padding", Burley 2020, sections 4 and 5).
-#[inline(always)]
-fn sobol_2d<L: Lanes>(l: L, reversed: L::U, keys: &[L::U; 3]) -> [L::F; 2] {
-    let index = shuffled_index(l, reversed, keys[0]);
-    let x = scramble_reversed(l, index, keys[1]);
-    let y = scramble_reversed(l, pascal(l, index), keys[2]);
-    [to_unit::<L>(reverse_bits(l, x)), to_unit::<L>(reverse_bits(l, y))]
-}
-
-/// Reverses the order of the bits.
-#[inline(always)]
-fn reverse_bits<L: Lanes>(l: L, x: L::U) -> L::U {
-    let x = ((x >> 1) & l.u(0x5555_5555)) | ((x & l.u(0x5555_5555)) << 1);
-    let x = ((x >> 2) & l.u(0x3333_3333)) | ((x & l.u(0x3333_3333)) << 2);
-    let x = ((x >> 4) & l.u(0x0f0f_0f0f)) | ((x & l.u(0x0f0f_0f0f)) << 4);
-    let x = ((x >> 8) & l.u(0x00ff_00ff)) | ((x & l.u(0x00ff_00ff)) << 8);
-    (x >> 16) | (x << 16)
-}
-
-/// Owen scrambling of bit-reversed fractions: a hash in which a bit depends on lower bits only
-/// (Laine and Karras 2011; constants found by Vegdahl 2021).
-#[inline(always)]
-fn scramble_reversed<L: Lanes>(l: L, x: L::U, seed: L::U) -> L::U {
-    let x = x ^ (x * l.u(0x3d20_adea));
-    let x = x + seed;
-    let x = x * ((seed >> 16) | l.u(1));
-    let x = x ^ (x * l.u(0x0552_6c56));
-    x ^ (x * l.u(0x53a2_2864))
-}
-
-/// The index whose bits are given in reverse order, Owen-scrambled as an integer: aligned runs of 2^k indices stay together.
-#[inline(always)]
-fn shuffled_index<L: Lanes>(l: L, reversed: L::U, key: L::U) -> L::U {
-    reverse_bits(l, scramble_reversed(l, reversed, key))
-}
-
-/// Second Sobol dimension, bit-reversed: the generator matrix is Pascal's triangle modulo 2, that
-/// is, the bits are coefficients of a polynomial p(x) and the result those of p(x + 1). Since
-/// (x + 1)^s = x^s + 1 for powers of two, each halving needs one shift.
-#[inline(always)]
-fn pascal<L: Lanes>(l: L, x: L::U) -> L::U {
-    let x = x ^ (x >> 16);
-    let x = x ^ ((x & l.u(0xff00_ff00)) >> 8);
-    let x = x ^ ((x & l.u(0xf0f0_f0f0)) >> 4);
-    let x = x ^ ((x & l.u(0xcccc_cccc)) >> 2);
-    x ^ ((x & l.u(0xaaaa_aaaa)) >> 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

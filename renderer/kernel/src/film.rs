@@ -5,12 +5,9 @@
 //! stored in blocks of 8 x 4, lane by lane, as the kernel works on them; rows are put together only when somebody looks.
 
 use crate::estimator::{Contribution, Reflected};
+use crate::geometry::grid::{BLOCK, PATCH, SIDE};
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
-use crate::patch::{PATCH, SIDE};
-use crate::settings::{PixelRect, Strategy};
-
-/// Width and height of a block in pixels, [`PACKET`] in all.
-pub const BLOCK: [u32; 2] = [8, 4];
+use crate::request::{PixelRect, Strategy};
 
 /// Rec. 709 luminance of a colour.
 pub const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
@@ -18,9 +15,9 @@ pub const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
 /// Channels of a technique's sums: weighted contribution, weight.
 const TECHNIQUE: usize = 4;
 /// Index of the weight among what is known of a technique.
-pub(crate) const WEIGHT: usize = 3;
+pub const WEIGHT: usize = 3;
 /// Index of the number of samples that carry light, after the sums.
-pub(crate) const COUNT: usize = 4;
+pub const COUNT: usize = 4;
 
 /// Sums of `channels` quantities over the samples of every pixel of a tile.
 ///
@@ -334,7 +331,7 @@ impl Tile {
     }
 
     /// Block and lane of a pixel inside `bounds`.
-    pub(crate) fn locate(&self, x: u32, y: u32) -> (usize, usize) {
+    pub fn locate(&self, x: u32, y: u32) -> (usize, usize) {
         let [dx, dy] = [x - self.origin[0], y - self.origin[1]];
         let [width, height] = BLOCK;
         let block = (dy / height) * self.blocks[0] + dx / width;
@@ -349,28 +346,28 @@ impl Tile {
 
     /// Sums of the light technique over all samples, one value per pixel of `block`.
     #[inline(always)]
-    pub(crate) fn light(&self, block: usize, channel: usize) -> [f64; PACKET] {
+    pub fn light(&self, block: usize, channel: usize) -> [f64; PACKET] {
         let technique = self.draws[0].then_some(&self.light);
         technique.map_or([0.0; PACKET], |light| light.block(self.samples, block, channel, self.is_weighted()))
     }
 
     /// The same of the BSDF technique.
     #[inline(always)]
-    pub(crate) fn bsdf(&self, block: usize, channel: usize) -> [f64; PACKET] {
+    pub fn bsdf(&self, block: usize, channel: usize) -> [f64; PACKET] {
         let technique = self.draws[1].then_some(&self.bsdf);
         technique.map_or([0.0; PACKET], |bsdf| bsdf.block(self.samples, block, channel, self.is_weighted()))
     }
 
     /// The same of the directly visible emission; `None` where no light has been seen.
     #[inline(always)]
-    pub(crate) fn emission(&self, block: usize, channel: usize) -> Option<[f64; PACKET]> {
+    pub fn emission(&self, block: usize, channel: usize) -> Option<[f64; PACKET]> {
         // Its buffers start as zeros, so the carries always mean something.
         self.emission.as_ref().map(|e| e.block(2, block, channel))
     }
 
     /// Sums of the squared luminance of samples.
     #[inline(always)]
-    pub(crate) fn luminance2(&self, block: usize) -> [f64; PACKET] {
+    pub fn luminance2(&self, block: usize) -> [f64; PACKET] {
         self.luminance2.block(self.samples, block, 0)
     }
 
@@ -437,7 +434,7 @@ mod tests {
     use super::*;
     use crate::estimator::Contribution;
     use crate::lanes::Single;
-    use crate::sampler::mix_one;
+    use crate::sampler::hash::mix_one;
 
     /// A contribution of a heavy-tailed distribution: mostly small, now and then 1e4 times as much.
     fn value(counter: u32) -> f32 {

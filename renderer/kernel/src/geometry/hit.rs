@@ -1,0 +1,12 @@
+//! What rays hit.
+
+use crate::lanes::Lanes;
+
+/// What a packet of rays met first.
+#[derive(Clone, Copy)]
+pub struct Nearest<L: Lanes> {
+    /// Distance; infinite if nothing was met.
+    pub t: L::F,
+    /// Primitive id; meaningless where `t` is infinite.
+    pub id: L::U,
+}

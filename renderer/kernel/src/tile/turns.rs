@@ -1,0 +1,59 @@
+//! In which order two successive samples are taken.
+
+use crate::estimator::drawn_by_light;
+use crate::lanes::{Lanes, Mask};
+use crate::request::{Settings, Strategy};
+use crate::sampler::{Numbers, Pixels, Sampler, Which};
+
+/// In which order a packet takes one or two successive samples. In the one-sample model a pair usually has one sample
+/// of either technique, but not the same one first in every pixel. There the light sample comes first: then all lanes
+/// do the same, once what the light technique needs and once the BSDF technique. Neither technique's samples
+/// change their order among themselves.
+pub(super) struct Turns<L: Lanes> {
+    sample: usize,
+    /// Where the second sample of a pair comes first.
+    pub(super) swapped: L::M,
+    /// Of the one-sample model: the number that says which technique, and the lanes that the light technique draws;
+    /// of both samples.
+    technique: Option<[(L::F, L::M); 2]>,
+    /// Whether the strategy draws by light, by BSDF.
+    draws: [bool; 2],
+    /// How many turns are over.
+    pub(super) done: u32,
+}
+
+impl<L: Lanes> Turns<L> {
+    #[inline(always)]
+    pub(super) fn new(
+        l: L,
+        settings: &Settings,
+        sampler: &Sampler,
+        pixels: &Pixels<L>,
+        sample: usize,
+        pair: bool,
+    ) -> Self {
+        let draws = [settings.estimator.strategy != Strategy::Bsdf, settings.estimator.strategy != Strategy::Light];
+        let mut turns = Self { sample, swapped: l.m(false), technique: None, draws, done: 0 };
+        if settings.estimator.strategy == Strategy::Mis {
+            let first = sampler.technique(l, sample, pixels);
+            let second = if pair { sampler.technique(l, sample + 1, pixels) } else { first };
+            let by_light = [drawn_by_light(l, settings, first), drawn_by_light(l, settings, second)];
+            turns.swapped = !by_light[0] & by_light[1];
+            turns.technique = Some([(first, by_light[0]), (second, by_light[1])]);
+        }
+        turns
+    }
+
+    /// Which sample's turn it is, and the techniques that it needs numbers of. The number that says which
+    /// technique is put into `random`.
+    #[inline(always)]
+    pub(super) fn next(&self, random: &mut Numbers<L>) -> (Which<L>, [bool; 2]) {
+        let Some([(first, first_by_light), (second, second_by_light)]) = self.technique else {
+            return (Which { sample: self.sample, next: self.swapped }, self.draws);
+        };
+        let next = if self.done == 0 { self.swapped } else { !self.swapped };
+        let by_light = (next & second_by_light) | (!next & first_by_light);
+        random.set_technique(next.select(second, first));
+        (Which { sample: self.sample, next }, [by_light.any(), !by_light.all()])
+    }
+}
