@@ -159,6 +159,9 @@ impl Real for Floats {
     fn largest(self) -> f32 {
         self.0[0].max(self.0[1])
     }
+    fn recip(self) -> Self {
+        Self(self.0.map(|x| 1.0 / x))
+    }
     fn sqrt(self) -> Self {
         Self(self.0.map(f32::sqrt))
     }

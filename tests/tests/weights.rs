@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use mislab_kernel::estimator::bsdf::{self, Material, Surface};
-use mislab_kernel::estimator::heuristic;
+use mislab_kernel::estimator::heuristic::{self, Rivals};
 use mislab_kernel::lanes::{Lanes, Mask, PACKET, Real, V3};
 use mislab_kernel::lanes::{Lanewise, Task};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
@@ -58,8 +58,8 @@ impl Task for Directions<'_> {
             for (a, b) in [(p_light, p_bsdf), (c * p_light, (l.f(1.0) - c) * p_bsdf)] {
                 let some = !(a.le(l.f(0.0)) & b.le(l.f(0.0)));
                 for heuristic in Heuristic::ALL {
-                    let (w_a, _) = heuristic::weight(l, heuristic, a, b, l.m(true));
-                    let (w_b, _) = heuristic::weight(l, heuristic, b, a, l.m(false));
+                    let w_a = heuristic::weigh(l, heuristic, &Rivals { own: a, other: b, wins_ties: l.m(true) }).w;
+                    let w_b = heuristic::weigh(l, heuristic, &Rivals { own: b, other: a, wins_ties: l.m(false) }).w;
                     let off = (w_a + w_b - 1.0).abs();
                     let sound = w_a.ge(l.f(0.0)) & w_b.ge(l.f(0.0)) & off.le(l.f(ULPS));
                     let bad = (some & !sound).bits();

@@ -131,7 +131,7 @@ impl Technique {
         valid: L::M,
         weighted: bool,
     ) {
-        let carries = x.carries & valid;
+        let carries = x.lit & valid;
         // Where nothing carries, only the first two samples must write.
         if sample <= 1 || carries.any() {
             let V3 { x: r, y: g, z: b } = x.value;
@@ -175,7 +175,8 @@ impl<L: Lanes> Sample<L> {
     /// Nothing seen.
     #[inline(always)]
     pub fn nothing(l: L) -> Self {
-        Self { reflected: Reflected::nothing(l), emitted: V3::all(l.f(0.0)), emits: l.m(false) }
+        let none = Contribution::none(l);
+        Self { reflected: Reflected { light: none, bsdf: none }, emitted: V3::all(l.f(0.0)), emits: l.m(false) }
     }
 }
 
@@ -452,8 +453,8 @@ mod tests {
             let [a, b, e] = [0, 1, 2].map(|i| value(3 * index + i));
             // Every other sample carries by the BSDF technique, every fourth sees a light.
             let (carries, emits) = (index % 2 == 1, index % 4 == 3);
-            let light = Contribution { value: V3 { x: a, y: 2.0 * a, z: 0.1 }, weight: a.min(1.0), carries: true };
-            let bsdf = Contribution { value: V3 { x: 0.3, y: b, z: b }, weight: 0.7, carries };
+            let light = Contribution { value: V3 { x: a, y: 2.0 * a, z: 0.1 }, weight: a.min(1.0), lit: true };
+            let bsdf = Contribution { value: V3 { x: 0.3, y: b, z: b }, weight: 0.7, lit: carries };
             let emitted = if emits { V3 { x: e, y: e, z: 1e-3 } } else { V3 { x: 0.0, y: 0.0, z: 0.0 } };
             let sample = Sample::<Single> { reflected: Reflected { light, bsdf }, emitted, emits };
             let rest = tile.add(Single, (0, 5), index, &sample);

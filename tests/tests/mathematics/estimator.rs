@@ -183,14 +183,14 @@ fn assert_part(found: &Contribution<Single>, expected: Part, what: impl Fn() -> 
     let Part { value, weight, carries } = expected;
     let off = (d(found.value) - value).abs();
     let near = off.x <= 2e-3 * value.x && off.y <= 2e-3 * value.y && off.z <= 2e-3 * value.z;
-    let right = near && (f64::from(found.weight) - weight).abs() < 1e-3 && found.carries == carries;
+    let right = near && (f64::from(found.weight) - weight).abs() < 1e-3 && found.lit == carries;
     assert!(
         right,
         "{}: {} with weight {}, carries {}; expected {expected:?}",
         what(),
         d(found.value),
         found.weight,
-        found.carries
+        found.lit
     );
 }
 

@@ -32,7 +32,7 @@ struct Technique {
 
 impl Technique {
     fn add(&mut self, part: &Contribution<Single>) {
-        if part.carries {
+        if part.lit {
             self.value += d(part.value);
             self.weight += f64::from(part.weight);
             self.count += 1.0;

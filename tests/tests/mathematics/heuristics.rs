@@ -1,15 +1,20 @@
 //! The heuristics at given densities. (Weights of the densities of whole scenes: `weights.rs`.)
 
-use mislab_kernel::estimator::heuristic;
+use mislab_kernel::estimator::heuristic::{self, Rivals, Weighted};
 use mislab_kernel::lanes::Single;
 use mislab_renderer::Heuristic;
 
 /// Four units in the last place of 1.
 const ULPS: f32 = 4.0 * f32::EPSILON;
 
+/// The weight of a technique of density `own`, and its effective density.
+fn weigh(heuristic: Heuristic, own: f32, other: f32, wins_ties: bool) -> Weighted<Single> {
+    heuristic::weigh(Single, heuristic, &Rivals { own, other, wins_ties })
+}
+
 /// Both weights, with the technique that wins ties first.
 fn weights(heuristic: Heuristic, a: f32, b: f32) -> [f32; 2] {
-    [heuristic::weight(Single, heuristic, a, b, true).0, heuristic::weight(Single, heuristic, b, a, false).0]
+    [weigh(heuristic, a, b, true).w, weigh(heuristic, b, a, false).w]
 }
 
 fn assert_sound([a, b]: [f32; 2], what: impl Fn() -> String) {
@@ -53,11 +58,10 @@ fn weights_are_those_of_the_book() {
             };
             let found = weights(heuristic, a, b);
             let name = heuristic.name();
-            let (_, w_over_a) = heuristic::weight(Single, heuristic, a, b, true);
-            let scaled = f64::from(w_over_a) * x;
+            let d = weigh(heuristic, a, b, true).d;
             assert!(
-                (scaled - expected).abs() < 1e-6,
-                "{name}, {a} and {b}: w / a is {w_over_a}, expected {expected} / a"
+                (x / f64::from(d) - expected).abs() < 1e-6,
+                "{name}, {a} and {b}: the effective density is {d}, expected {a} / {expected}"
             );
             assert!(
                 (f64::from(found[0]) - expected).abs() < 1e-6,

@@ -3,12 +3,12 @@
 
 use glam::{DVec3, Vec3};
 use mislab_kernel::estimator::bsdf::{self, BsdfValue, Surface};
-use mislab_kernel::estimator::{Reflected, reflected_radiance};
+use mislab_kernel::estimator::{Point, Reflected};
 use mislab_kernel::lanes::{Single, V3, Wrapping};
 use mislab_kernel::light::{Lights, Sight};
 use mislab_kernel::sampler::{Dimension, Numbers, patch_key, pixel_keys};
 use mislab_kernel::world::culling::Candidates;
-use mislab_kernel::world::{BuiltScene, CameraHit};
+use mislab_kernel::world::{BuiltScene, CameraHit, View};
 use mislab_renderer::Settings;
 use mislab_tests::draws::Draws;
 use mislab_tests::pair::INDEPENDENT;
@@ -82,8 +82,8 @@ pub fn sample_light(lights: &Lights, p: V3<Single>, random: &Numbers<Single>) ->
 }
 
 #[inline(never)]
-pub fn camera_hit<'a>(scene: &'a BuiltScene, dir: V3<Single>, near: &Candidates) -> CameraHit<'a, Single> {
-    scene.camera_hit(Single, dir, near)
+pub fn camera_hit<'a>(scene: &'a BuiltScene, dir: V3<Single>, near: &'a Candidates) -> CameraHit<'a, Single> {
+    View { l: Single, scene, culled: near }.camera_hit(dir)
 }
 
 /// What was met there, if it scatters.
@@ -100,7 +100,6 @@ pub fn reflected(
     random: &Numbers<Single>,
     near: &Candidates,
 ) -> Reflected<Single> {
-    let mut reflected = Reflected::nothing(Single);
-    reflected_radiance(Single, scene, settings, (true, s, wo), random, near, &mut reflected);
-    reflected
+    let view = View { l: Single, scene, culled: near };
+    Point { view, estimator: &settings.estimator, surface: *s, wo, here: true }.reflected(random)
 }

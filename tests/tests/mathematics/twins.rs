@@ -2,13 +2,13 @@
 //! lane see another.
 
 use mislab_kernel::estimator::bsdf::Surface;
-use mislab_kernel::estimator::{Contribution, Reflected, reflected_radiance};
+use mislab_kernel::estimator::{Contribution, Point, Reflected};
 use mislab_kernel::film::{Rest, Sample, Tile};
 use mislab_kernel::geometry::grid::BLOCK;
 use mislab_kernel::lanes::{Lanes, Mask, Real, Single, V3};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
-use mislab_kernel::world::BuiltScene;
 use mislab_kernel::world::culling::Candidates;
+use mislab_kernel::world::{BuiltScene, View};
 use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::two_lanes::{Floats, Integers, Truths, Two};
@@ -23,7 +23,7 @@ fn vector<L: Lanes>(v: V3<L>, lane: usize) -> [u32; 3] {
 
 /// Bits of everything in one lane.
 fn contribution<L: Lanes>(c: &Contribution<L>, lane: usize) -> ([u32; 3], u32, bool) {
-    (vector(c.value, lane), c.weight.lane(lane).to_bits(), c.carries.bits() >> lane & 1 == 1)
+    (vector(c.value, lane), c.weight.lane(lane).to_bits(), c.lit.bits() >> lane & 1 == 1)
 }
 
 fn bits<L: Lanes>(r: &Reflected<L>, lane: usize) -> [([u32; 3], u32, bool); 2] {
@@ -46,9 +46,8 @@ fn reflected(
     random: &Numbers<Two>,
     near: &Candidates,
 ) -> Reflected<Two> {
-    let mut reflected = Reflected::nothing(Two);
-    reflected_radiance(Two, scene, settings, (Truths([true; 2]), s, wo), random, near, &mut reflected);
-    reflected
+    let view = View { l: Two, scene, culled: near };
+    Point { view, estimator: &settings.estimator, surface: *s, wo, here: Truths([true; 2]) }.reflected(random)
 }
 
 #[test]
@@ -64,7 +63,7 @@ fn samples_of_two_pixels() {
             let near = built.patches.candidates(&built.camera, corner, corner.map(|c| c + 8));
             let x2 = Floats([x as f32 + 0.5, x as f32 + 1.5]);
             let dir = built.camera.direction(Two, x2, Floats([y as f32 + 0.5; 2]));
-            let hit = built.camera_hit(Two, dir, &near);
+            let hit = View { l: Two, scene: &built, culled: &near }.camera_hit(dir);
             let each = [0, 1].map(|lane| {
                 let dir = built.camera.direction(Single, x2.0[lane], y as f32 + 0.5);
                 (dir, once::camera_hit(&built, dir, &near))
@@ -109,7 +108,7 @@ fn samples_of_two_pixels() {
                     assert_eq!(bits(&found, lane), bits(alone, 0), "{}", what());
                 }
                 // All four ways of carrying light must come up.
-                let [a, b] = alone.map(|r| r.light.carries || r.bsdf.carries);
+                let [a, b] = alone.map(|r| r.light.lit || r.bsdf.lit);
                 mixed[usize::from(a) + 2 * usize::from(b)] += 1;
                 pairs += 1;
             }
@@ -121,25 +120,24 @@ fn samples_of_two_pixels() {
 /// Selecting between two samples takes every part of either from the same one.
 #[test]
 fn samples_are_selected_as_a_whole() {
-    let part = |x: f32, carries: [bool; 2]| Contribution::<Two> {
+    let part = |x: f32, lit: [bool; 2]| Contribution::<Two> {
         value: V3 { x: Floats([x, x + 1.0]), y: Floats([x + 2.0, x + 3.0]), z: Floats([x + 4.0, x + 5.0]) },
         weight: Floats([x + 6.0, x + 7.0]),
-        carries: Truths(carries),
+        lit: Truths(lit),
     };
-    for i in 0..64u32 {
+    for i in 0..16u32 {
         let bit = |k: u32| i >> k & 1 == 1;
         let a = Reflected { light: part(10.0, [bit(0), bit(1)]), bsdf: part(20.0, [bit(1), bit(2)]) };
         let b = Reflected { light: part(30.0, [bit(2), bit(3)]), bsdf: part(40.0, [bit(3), bit(0)]) };
-        let mask = [bit(4), bit(5)];
-        let select = |a, b| Contribution::select(Truths(mask), a, b);
-        let selected = Reflected { light: select(&a.light, &b.light), bsdf: select(&a.bsdf, &b.bsdf) };
-        for lane in 0..2 {
-            let expected = if mask[lane] { &a } else { &b };
-            assert_eq!(bits(&selected, lane), bits(expected, lane), "{mask:?}, lane {lane}");
+        for (a, b) in [(a.light, b.light), (a.bsdf, b.bsdf)] {
+            let selected = a.or(&b);
+            for lane in 0..2 {
+                let expected = if a.lit.0[lane] { &a } else { &b };
+                assert_eq!(contribution(&selected, lane), contribution(expected, lane), "{i}, lane {lane}");
+            }
         }
     }
-    let nothing = Reflected::nothing(Two);
-    assert_eq!(bits(&nothing, 1), [([0; 3], 0, false); 2]);
+    assert_eq!(contribution(&Contribution::none(Two), 1), ([0; 3], 0, false));
 }
 
 /// All of a sample to the first block; how many were invalid.
@@ -152,8 +150,7 @@ fn add<L: Lanes>(tile: &mut Tile, l: L, lane: usize, index: u32, sample: &Sample
 #[test]
 fn rests_of_samples_are_exchanged_lane_by_lane() {
     let sample = |x: [f32; 2], emits: [bool; 2]| {
-        let part =
-            Contribution::<Two> { value: V3::all(Floats(x)), weight: Floats([1.0; 2]), carries: Truths([true; 2]) };
+        let part = Contribution::<Two> { value: V3::all(Floats(x)), weight: Floats([1.0; 2]), lit: Truths([true; 2]) };
         let emitted = V3::all(Floats([0, 1].map(|lane| if emits[lane] { 10.0 * x[lane] } else { 0.0 })));
         Sample { reflected: Reflected { light: part, bsdf: part }, emitted, emits: Truths(emits) }
     };
@@ -188,7 +185,7 @@ fn invalid_samples_are_counted_lane_by_lane() {
     let part = |x: [f32; 2]| Contribution::<Two> {
         value: V3 { x: Floats(x), y: Floats(x), z: Floats(x) },
         weight: Floats([1.0; 2]),
-        carries: Truths([true; 2]),
+        lit: Truths([true; 2]),
     };
     let emitted = V3::all(Floats([0.5; 2]));
     for bare in [false, true] {
@@ -229,15 +226,15 @@ fn pixels_are_summed_alone() {
         if index == 0 {
             (both, alone) = (new(), new());
         }
-        let carries = |what| [0, 1].map(|lane| once::key(what, number, lane).0 >> 12 & 1 == 0);
+        let lit = |what| [0, 1].map(|lane| once::key(what, number, lane).0 >> 12 & 1 == 0);
         let part = |what: u32| {
             let x = [0, 1].map(|lane| random(number, lane, what));
             let value = V3 { x: Floats(x), y: Floats(x.map(|x| 3.0 * x)), z: Floats(x.map(|x| x / 3.0)) };
-            Contribution::<Two> { value, weight: Floats(x.map(|x| x / 64.0)), carries: Truths(carries(what + 1)) }
+            Contribution::<Two> { value, weight: Floats(x.map(|x| x / 64.0)), lit: Truths(lit(what + 1)) }
         };
         let (light, bsdf) = (part(10), part(20));
         let emitted = [0, 1].map(|lane| random(number, lane, 30));
-        let emits = carries(31);
+        let emits = lit(31);
         let emitted = [0, 1].map(|lane| if emits[lane] { emitted[lane] } else { 0.0 });
         let reflected = Reflected { light, bsdf };
         let sample = Sample { reflected, emitted: V3::all(Floats(emitted)), emits: Truths(emits) };
@@ -246,7 +243,7 @@ fn pixels_are_summed_alone() {
             let one = |c: &Contribution<Two>| Contribution::<Single> {
                 value: V3 { x: c.value.x.lane(lane), y: c.value.y.lane(lane), z: c.value.z.lane(lane) },
                 weight: c.weight.lane(lane),
-                carries: c.carries.0[lane],
+                lit: c.lit.0[lane],
             };
             let reflected = Reflected { light: one(&light), bsdf: one(&bsdf) };
             let sample = Sample { reflected, emitted: V3::all(emitted[lane]), emits: emits[lane] };

@@ -1,9 +1,9 @@
-//! The heuristics: from two densities to two weights that sum to one.
+//! The heuristics: from two densities to a weight and the effective density that goes with it.
 //!
-//! Each takes `a = n_i p_i` of this technique and `b` of the other one and returns the weight of
-//! *this* one. Densities differ by many orders of magnitude (a mirror-like lobe reaches 1e6 per steradian, a whole sky
-//! 0.08): none is squared, only their ratio is.
+//! Densities differ by many orders of magnitude (a mirror-like lobe reaches 1e6 per steradian, a whole sky 0.08): none is
+//! squared, only their ratio is.
 
+use super::PerTechnique;
 use crate::lanes::{Lanes, Mask, Real};
 use crate::request::Heuristic;
 
@@ -12,30 +12,64 @@ pub const POWER_BETA: u32 = 2;
 /// Share of the largest density below which the cutoff heuristic drops a technique.
 pub const CUTOFF_ALPHA: f32 = 0.1;
 
-/// Weight w of the technique with `a = n_i p_i` against the other one's `b` (Veach 1997,
-/// eqs. 9.8 and 9.10 to 9.12), and `w / a`, which is what the integrand is multiplied by: for the balance heuristic
-/// `1 / (a + b)`, which need not wait for the weight. `wins_ties` must be true for exactly one of the two; only the
-/// maximum heuristic asks. Where both are 0 the result is undefined: mask it.
+/// How densely the techniques draw one direction, seen from the one that drew it: `n p` or `c p`, per solid angle.
+#[derive(Clone, Copy)]
+pub struct Rivals<L: Lanes> {
+    /// The technique that drew it.
+    pub own: L::F,
+    /// The other one.
+    pub other: L::F,
+    /// True for exactly one of the two techniques; only the maximum heuristic looks at it.
+    pub wins_ties: L::M,
+}
+
+impl<L: Lanes> Rivals<L> {
+    /// From the densities by technique; ties go to light.
+    #[inline(always)]
+    pub fn of(q: PerTechnique<L::F>, by_light: L::M) -> Self {
+        Self { own: by_light.select(q.light, q.bsdf), other: by_light.select(q.bsdf, q.light), wins_ties: by_light }
+    }
+}
+
+/// A weight, and what it makes of the density.
+#[derive(Clone, Copy)]
+pub struct Weighted<L: Lanes> {
+    /// MIS weight w of the technique that drew the direction, in [0, 1].
+    pub w: L::F,
+    /// Effective density `d = q / w`, so that `w f / q = f / d`; infinite where w is 0.
+    pub d: L::F,
+}
+
+/// The weight of the technique that drew a direction (Veach 1997, eqs. 9.8 and 9.10 to 9.12). Where both densities are 0
+/// the result is undefined: mask it.
 #[inline(always)]
-pub fn weight<L: Lanes>(l: L, heuristic: Heuristic, a: L::F, b: L::F, wins_ties: L::M) -> (L::F, L::F) {
-    let (one, zero) = (l.f(1.0), l.f(0.0));
+pub fn weigh<L: Lanes>(l: L, heuristic: Heuristic, q: &Rivals<L>) -> Weighted<L> {
+    let one = l.f(1.0);
     // The sum of two finite densities shall be one.
     let most = l.f(0.5 * f32::MAX);
-    let (a, b) = (a.gt(most).select(most, a), b.gt(most).select(most, b));
-    let sum = a + b;
-    let share = a / sum;
-    let weight = match heuristic {
-        Heuristic::Balance => return (share, one / sum),
+    let (own, other) = (q.own.gt(most).select(most, q.own), q.other.gt(most).select(most, q.other));
+    let sum = own + other;
+    match heuristic {
+        Heuristic::Balance => Weighted { w: own / sum, d: sum },
         Heuristic::Power => {
-            let ratio = b / a;
-            one / (ratio * ratio + 1.0)
+            let ratio = other / own;
+            let squares = one + ratio * ratio;
+            Weighted { w: one / squares, d: own * squares }
         }
         Heuristic::Cutoff => {
-            let dropped = a.lt(b * CUTOFF_ALPHA);
-            let other_dropped = b.lt(a * CUTOFF_ALPHA);
-            dropped.select(zero, other_dropped.select(one, share))
+            let dropped = own.lt(other * CUTOFF_ALPHA);
+            let alone = other.lt(own * CUTOFF_ALPHA);
+            lost(l, dropped, Weighted { w: alone.select(one, own / sum), d: alone.select(own, sum) })
         }
-        Heuristic::Maximum => (a.gt(b) | (wins_ties & a.ge(b))).select(one, zero),
-    };
-    (weight, weight / a)
+        Heuristic::Maximum => {
+            let wins = own.gt(other) | (q.wins_ties & own.ge(other));
+            lost(l, !wins, Weighted { w: one, d: own })
+        }
+    }
+}
+
+/// Weight 0 where true.
+#[inline(always)]
+fn lost<L: Lanes>(l: L, lost: L::M, x: Weighted<L>) -> Weighted<L> {
+    Weighted { w: lost.select(l.f(0.0), x.w), d: lost.select(l.f(f32::INFINITY), x.d) }
 }

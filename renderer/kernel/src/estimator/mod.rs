@@ -6,32 +6,51 @@
 //! L = integral of f(w) dw,      f(w) = bsdf(wo, w) Le(w) V(w) cos(w)
 //! ```
 //!
-//! There are two *techniques* to draw w: towards a light, with density `p_L`, and by the lobe of the
-//! BSDF, with density `p_B`. They are twins: either direction is a [`Draw`], and one function makes of
-//! either a [`Candidate`], the direction's integrand and both densities. A *strategy* says which
-//! techniques are drawn and how they are weighted:
+//! Two *techniques* draw w: towards a light, with density `p_L`, and by the lobe of the BSDF, with density `p_B`. They
+//! are twins: either makes a [`Draw`], and one function evaluates f and both densities at it. A *strategy* says which
+//! techniques are drawn and how densely they cover a direction together:
 //!
 //! ```text
-//! light, bsdf   one technique alone        f / p_t
-//! mis_all       multi-sample model         sum over t of  w_t f / p_t              (Veach 9.4)
-//! mis           one-sample model           w_t f / (c_t p_t), t drawn with c_t     (Veach 9.15)
+//! light, bsdf   one technique alone                           L = f / p_t
+//! mis_all       multi-sample model: one sample of each        L = sum over t of  w_t f / p_t         (Veach 1997, eq. 9.4)
+//! mis           one-sample model: t drawn with probability c_t      L = w_t f / (c_t p_t)            (Veach 1997, eq. 9.15)
 //! ```
 //!
-//! A weight belongs to the technique that drew the sample. The weights of a direction sum to one
-//! because both techniques ask the same functions for the densities.
+//! Every one of these is `f / d`. With the density q of the technique that drew w (p or c p), the weight w turns it into
+//! the effective density `d = q / w`; for the balance heuristic that is the density of the mixture, `q_L + q_B`.
+//!
+//! A weight belongs to the technique that drew the sample. The weights of a direction sum to one because both techniques
+//! evaluate the same two densities.
 
 pub mod bsdf;
 pub mod heuristic;
+mod technique;
 pub mod warp;
 
-use bsdf::{BsdfValue, Surface};
+use bsdf::Surface;
+use heuristic::{Rivals, Weighted};
+pub use technique::{PerTechnique, Technique};
 
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::light::Aim;
-use crate::request::{OneSampleWeights, Settings, Strategy};
+use crate::request::{Estimator, OneSampleWeights, Strategy};
 use crate::sampler::{Dimension, Numbers};
-use crate::world::BuiltScene;
-use crate::world::culling::Candidates;
+use crate::world::View;
+
+/// A surface point that camera rays hit, and how the radiance it reflects towards them is estimated.
+#[derive(Clone, Copy)]
+pub struct Point<'a, L: Lanes> {
+    /// What there is to see from it.
+    pub view: View<'a, L>,
+    /// Strategy, heuristic, weights and c.
+    pub estimator: &'a Estimator,
+    /// Position, normal and material.
+    pub surface: Surface<'a, L>,
+    /// Unit vector to the eye.
+    pub wo: V3<L>,
+    /// The lanes whose camera ray hit this surface; the others contribute nothing.
+    pub here: L::M,
+}
 
 /// A direction as a technique drew it.
 #[derive(Clone, Copy)]
@@ -39,221 +58,188 @@ struct Draw<L: Lanes> {
     wi: V3<L>,
     /// Where the light technique aimed.
     aim: Aim<L>,
-    /// True where the light technique drew it, false where the BSDF technique did.
+    /// Drawn by the light technique, not by the BSDF technique.
     by_light: L::M,
-    /// False where the technique failed to draw one.
+    /// The technique did not fail.
     valid: L::M,
-    /// True where it was drawn from a Dirac lobe.
+    /// Drawn from a Dirac lobe.
     dirac: L::M,
 }
 
-/// A direction's integrand and both its densities, whichever technique drew it.
+/// The integrand and both densities at a drawn direction.
 struct Candidate<L: Lanes> {
-    /// f(wi); 0 where the technique failed.
+    /// f(wi); 0 where no light is hit.
     f: V3<L>,
-    /// Densities of wi.
-    p: Densities<L>,
-}
-
-/// Densities of the two techniques at one direction, per solid angle. On a Dirac draw `bsdf` is a
-/// probability instead, and `light` is 0: no light sample ever meets the one direction of a mirror.
-#[derive(Clone, Copy)]
-struct Densities<L: Lanes> {
-    light: L::F,
-    bsdf: L::F,
+    /// p(wi) per solid angle. In a Dirac lobe `bsdf` is a probability instead, and `light` is 0: no light sample hits a
+    /// mirror's one direction.
+    p: PerTechnique<L::F>,
 }
 
 /// What one technique adds to one sample.
 #[derive(Clone, Copy)]
 pub struct Contribution<L: Lanes> {
-    /// `w f / (n p)` or `w f / (c p)`, per channel.
+    /// `f / d`, that is `w f / p` or `w f / (c p)`, per channel; 0 where `lit` is false.
     pub value: V3<L>,
-    /// MIS weight w of the technique that drew the sample; 0 where `carries` is false.
+    /// MIS weight w of the technique that drew the sample; 0 where `lit` is false.
     pub weight: L::F,
-    /// True where the technique was drawn and met a light.
-    pub carries: L::M,
+    /// The technique was drawn and its ray hit a light.
+    pub lit: L::M,
 }
 
-impl<L: Lanes> Contribution<L> {
+/// What both techniques add to one sample.
+pub type Reflected<L> = PerTechnique<Contribution<L>>;
+
+impl<L: Lanes> Point<'_, L> {
+    /// One sample of the reflected radiance, by technique.
+    #[inline(always)]
+    pub fn reflected(&self, u: &Numbers<L>) -> Reflected<L> {
+        let none = Contribution::none(self.view.l);
+        match self.estimator.strategy {
+            Strategy::Light => PerTechnique { light: self.estimate(&self.draw_light(u)), bsdf: none },
+            Strategy::Bsdf => PerTechnique { light: none, bsdf: self.estimate(&self.draw_bsdf(u)) },
+            Strategy::MisAll => {
+                PerTechnique { light: self.estimate(&self.draw_light(u)), bsdf: self.estimate(&self.draw_bsdf(u)) }
+            }
+            Strategy::Mis => {
+                let draw = self.draw_either(u);
+                self.estimate(&draw).split(self.view.l, draw.by_light)
+            }
+        }
+    }
+
+    /// The light technique: a direction towards one of the lights.
+    #[inline(always)]
+    fn draw_light(&self, u: &Numbers<L>) -> Draw<L> {
+        let l = self.view.l;
+        let aim = self.view.scene.lights.sample(l, self.surface.p, u);
+        Draw { wi: aim.wi, aim, by_light: l.m(true), valid: aim.valid, dirac: l.m(false) }
+    }
+
+    /// The BSDF technique: a direction in the lobe.
+    #[inline(always)]
+    fn draw_bsdf(&self, u: &Numbers<L>) -> Draw<L> {
+        let l = self.view.l;
+        let (wi, dirac) = bsdf::sample(l, &self.surface, self.wo, u);
+        Draw { wi, aim: Aim::nowhere(l), by_light: l.m(false), valid: l.m(true), dirac }
+    }
+
+    /// One of the two: the light technique with probability c.
+    #[inline(always)]
+    fn draw_either(&self, u: &Numbers<L>) -> Draw<L> {
+        let by_light = drawn_by_light(self.view.l, self.estimator, u.get_1d(Dimension::Technique));
+        if by_light.all() {
+            self.draw_light(u)
+        } else if by_light.any() {
+            Draw::select(by_light, &self.draw_light(u), &self.draw_bsdf(u))
+        } else {
+            self.draw_bsdf(u)
+        }
+    }
+
+    /// Follows the secondary ray that was drawn: `f / d`.
+    #[inline(always)]
+    fn estimate(&self, draw: &Draw<L>) -> Contribution<L> {
+        let l = self.view.l;
+        let Some(x) = self.candidate(draw) else { return Contribution::none(l) };
+        let c = technique_probs(self.estimator);
+        let Estimator { strategy, heuristic, weights, .. } = *self.estimator;
+        // How densely each technique draws this direction, as the heuristic sees it: the tutorial leaves out c.
+        let q = match weights {
+            OneSampleWeights::Veach => PerTechnique { light: x.p.light * c.light, bsdf: x.p.bsdf * c.bsdf },
+            OneSampleWeights::Tutorial => x.p,
+        };
+        let q = Rivals::of(q, draw.by_light);
+        let Weighted { w, d } = match strategy {
+            Strategy::Light | Strategy::Bsdf => Weighted { w: l.f(1.0), d: q.own },
+            Strategy::MisAll | Strategy::Mis => heuristic::weigh(l, heuristic, &q),
+        };
+        let d = match weights {
+            OneSampleWeights::Veach => d,
+            OneSampleWeights::Tutorial => d * draw.by_light.select(l.f(c.light), l.f(c.bsdf)),
+        };
+        // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
+        let lit = !q.own.le(l.f(0.0)) & x.f.is_lit(l);
+        Contribution { value: (x.f / d).or_zero(l, lit), weight: lit.select(w, l.f(0.0)), lit }
+    }
+
+    /// The integrand and both densities at a drawn direction. `None` if no lane's ray hits a light.
+    #[inline(always)]
+    fn candidate(&self, draw: &Draw<L>) -> Option<Candidate<L>> {
+        let (l, s) = (self.view.l, &self.surface);
+        let light = self.view.light_towards(s.p, draw.wi, draw.by_light.all().then_some(&draw.aim));
+        let shines = self.here & draw.valid & light.shines;
+        if !shines.any() {
+            return None;
+        }
+        let mut bsdf = bsdf::evaluate(l, s, self.wo, draw.wi);
+        let mut p_light = light.pdf;
+        if draw.dirac.any() {
+            let mirror = bsdf::evaluate_mirror(l, s, self.wo);
+            bsdf.f_cos = V3::select(draw.dirac, mirror.f_cos, bsdf.f_cos);
+            bsdf.pdf = draw.dirac.select(mirror.pdf, bsdf.pdf);
+            p_light = draw.dirac.select(l.f(0.0), p_light);
+        }
+        let unshadowed = bsdf.f_cos.times(light.radiance);
+        let visible = self.view.visible(s, draw.wi, light.t, shines & unshadowed.is_lit(l));
+        Some(Candidate { f: unshadowed.or_zero(l, visible), p: PerTechnique { light: p_light, bsdf: bsdf.pdf } })
+    }
+}
+
+/// Probabilities c of the techniques: those of the one-sample model, else 1.
+#[inline(always)]
+fn technique_probs(estimator: &Estimator) -> PerTechnique<f32> {
+    match estimator.strategy {
+        Strategy::Light | Strategy::Bsdf | Strategy::MisAll => PerTechnique { light: 1.0, bsdf: 1.0 },
+        Strategy::Mis => PerTechnique { light: estimator.light_prob, bsdf: 1.0 - estimator.light_prob },
+    }
+}
+
+/// Where the light technique draws the sample of the one-sample model; elsewhere the BSDF technique does.
+#[inline(always)]
+pub fn drawn_by_light<L: Lanes>(l: L, estimator: &Estimator, technique: L::F) -> L::M {
+    technique.lt(l.f(technique_probs(estimator).light))
+}
+
+impl<L: Lanes> Draw<L> {
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
-    pub fn select(m: L::M, a: &Self, b: &Self) -> Self {
+    fn select(m: L::M, a: &Self, b: &Self) -> Self {
         Self {
-            value: V3::select(m, a.value, b.value),
-            weight: m.select(a.weight, b.weight),
-            carries: (m & a.carries) | (!m & b.carries),
+            wi: V3::select(m, a.wi, b.wi),
+            aim: a.aim,
+            by_light: m,
+            valid: m & a.valid | !m & b.valid,
+            dirac: m & a.dirac | !m & b.dirac,
         }
     }
 }
 
-/// Both techniques' part of one sample.
-#[derive(Clone, Copy)]
-pub struct Reflected<L: Lanes> {
-    /// From directions drawn by the light technique.
-    pub light: Contribution<L>,
-    /// From directions drawn by the BSDF technique.
-    pub bsdf: Contribution<L>,
-}
-
-impl<L: Lanes> Reflected<L> {
+impl<L: Lanes> Contribution<L> {
     /// No light.
     #[inline(always)]
-    pub fn nothing(l: L) -> Self {
-        let nothing = Contribution { value: V3::all(l.f(0.0)), weight: l.f(0.0), carries: l.m(false) };
-        Self { light: nothing, bsdf: nothing }
+    pub fn none(l: L) -> Self {
+        Self { value: V3::all(l.f(0.0)), weight: l.f(0.0), lit: l.m(false) }
     }
-}
 
-/// Probabilities c of the techniques, light and BSDF: those of the one-sample model, else 1.
-#[inline(always)]
-fn technique_probs(settings: &Settings) -> (f32, f32) {
-    match settings.estimator.strategy {
-        Strategy::Light | Strategy::Bsdf | Strategy::MisAll => (1.0, 1.0),
-        Strategy::Mis => (settings.estimator.light_prob, 1.0 - settings.estimator.light_prob),
+    /// This where it is lit, `other` elsewhere.
+    #[inline(always)]
+    pub fn or(&self, other: &Self) -> Self {
+        Self {
+            value: V3::select(self.lit, self.value, other.value),
+            weight: self.lit.select(self.weight, other.weight),
+            lit: self.lit | other.lit,
+        }
     }
-}
 
-/// True where the light technique draws the sample of the one-sample model, false where the BSDF technique does.
-#[inline(always)]
-pub fn drawn_by_light<L: Lanes>(l: L, settings: &Settings, technique: L::F) -> L::M {
-    technique.lt(l.f(technique_probs(settings).0))
-}
-
-/// One sample of the radiance that `s` reflects towards `wo`, by the strategy of `settings`, put into `reflected` where
-/// true.
-#[inline(always)]
-pub fn reflected_radiance<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    settings: &Settings,
-    (here, s, wo): (L::M, &Surface<'_, L>, V3<L>),
-    random: &Numbers<L>,
-    near: &Candidates,
-    reflected: &mut Reflected<L>,
-) {
-    let by_light = match settings.estimator.strategy {
-        Strategy::Light | Strategy::MisAll => l.m(true),
-        Strategy::Bsdf => l.m(false),
-        Strategy::Mis => drawn_by_light(l, settings, random.get_1d(Dimension::Technique)),
-    };
-    let draw = draw(l, scene, s, wo, random, by_light);
-    follow(l, scene, settings, (here, s, wo), &draw, near, reflected);
-    if settings.estimator.strategy == Strategy::MisAll {
-        let draw = self::draw(l, scene, s, wo, random, l.m(false));
-        follow(l, scene, settings, (here, s, wo), &draw, near, reflected);
+    /// Given to the technique that drew it.
+    #[inline(always)]
+    fn split(&self, l: L, by_light: L::M) -> Reflected<L> {
+        PerTechnique { light: self.only(l, by_light), bsdf: self.only(l, !by_light) }
     }
-}
 
-/// Draws the direction of a secondary ray from the surface `s`: by the light technique where true, by the BSDF technique
-/// elsewhere.
-#[inline(always)]
-fn draw<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    s: &Surface<'_, L>,
-    wo: V3<L>,
-    random: &Numbers<L>,
-    by_light: L::M,
-) -> Draw<L> {
-    let aim = if by_light.any() { scene.lights.sample(l, s.p, random) } else { Aim::nowhere(l) };
-    let mut draw = Draw { wi: aim.wi, aim, by_light, valid: aim.valid, dirac: l.m(false) };
-    if !by_light.all() {
-        let (wi, dirac) = bsdf::sample(l, s, wo, random);
-        draw.wi = V3::select(by_light, draw.wi, wi);
-        draw.valid = draw.valid | !by_light;
-        draw.dirac = dirac & !by_light;
-    }
-    draw
-}
-
-/// Follows the ray that was drawn and puts its part into `reflected`.
-#[inline(always)]
-fn follow<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    settings: &Settings,
-    (here, s, wo): (L::M, &Surface<'_, L>, V3<L>),
-    draw: &Draw<L>,
-    near: &Candidates,
-    reflected: &mut Reflected<L>,
-) {
-    let one = l.f(1.0);
-    let Some(x) = candidate(l, scene, s, wo, draw, near) else { return };
-    let (c_light, c_bsdf) = technique_probs(settings);
-
-    // The heuristic sees n p (multi-sample) or c p (one-sample); the tutorial leaves out c.
-    let (a_light, a_bsdf) = match settings.estimator.weights {
-        OneSampleWeights::Veach => (x.p.light * c_light, x.p.bsdf * c_bsdf),
-        OneSampleWeights::Tutorial => (x.p.light, x.p.bsdf),
-    };
-    // Everything that follows is about the technique that drew the direction.
-    let by_light = draw.by_light;
-    let (a, other) = (by_light.select(a_light, a_bsdf), by_light.select(a_bsdf, a_light));
-    let (weight, w_over_a) = match settings.estimator.strategy {
-        Strategy::Light | Strategy::Bsdf => (one, one / a),
-        Strategy::MisAll | Strategy::Mis => heuristic::weight(l, settings.estimator.heuristic, a, other, by_light),
-    };
-    let w_over_cp = match settings.estimator.weights {
-        OneSampleWeights::Veach => w_over_a,
-        OneSampleWeights::Tutorial => w_over_a * by_light.select(l.f(1.0 / c_light), l.f(1.0 / c_bsdf)),
-    };
-    let sample = contribution(l, &x, weight, w_over_cp, a);
-    // A technique draws at most one of the rays.
-    let (light, bsdf) = (here & by_light, here & !by_light);
-    if light.any() {
-        reflected.light = Contribution::select(light, &sample, &reflected.light);
-    }
-    if bsdf.any() {
-        reflected.bsdf = Contribution::select(bsdf, &sample, &reflected.bsdf);
-    }
-}
-
-/// The integrand and both densities at a drawn direction: one secondary ray. `None` if no lane's meets a light.
-#[inline(always)]
-fn candidate<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    s: &Surface<'_, L>,
-    wo: V3<L>,
-    draw: &Draw<L>,
-    near: &Candidates,
-) -> Option<Candidate<L>> {
-    let zero = l.f(0.0);
-    let sight = if near.lights_apart && draw.by_light.all() {
-        scene.lights.look_at(l, &draw.aim, near.may_be_blocked())
-    } else {
-        scene.lights.look(l, s.p, draw.wi, l.f(scene.epsilon), near.may_be_blocked())
-    };
-    let shines = draw.valid & sight.shines;
-    if !shines.any() {
-        return None;
-    }
-    let BsdfValue { mut f_cos, mut pdf } = bsdf::evaluate(l, s, wo, draw.wi);
-    let mut p_light = sight.pdf;
-    if draw.dirac.any() {
-        let mirror = bsdf::evaluate_mirror(l, s, wo);
-        f_cos = V3::select(draw.dirac, mirror.f_cos, f_cos);
-        pdf = draw.dirac.select(mirror.pdf, pdf);
-        p_light = draw.dirac.select(zero, p_light);
-    }
-    let p = Densities { light: p_light, bsdf: pdf };
-    let unshadowed = f_cos.times(sight.radiance);
-    // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
-    let lit = shines & !(unshadowed.x + unshadowed.y + unshadowed.z).le(zero);
-    let visible =
-        if near.may_be_blocked() && lit.any() { lit & scene.visible(l, s, draw.wi, sight.t, lit, near) } else { lit };
-    Some(Candidate { f: V3::select(visible, unshadowed, V3::all(zero)), p })
-}
-
-/// `w f / (c p)`: `c` is the probability of the technique (one-sample model) or, with one sample of each, 1. Lanes
-/// where nothing was met are selected away, since 0 times NaN is NaN; `a` is 0 where the density is.
-#[inline(always)]
-fn contribution<L: Lanes>(l: L, x: &Candidate<L>, weight: L::F, w_over_cp: L::F, a: L::F) -> Contribution<L> {
-    let zero = l.f(0.0);
-    let carries = !a.le(zero) & !(x.f.x + x.f.y + x.f.z).le(zero);
-    Contribution {
-        value: V3::select(carries, x.f * w_over_cp, V3::all(zero)),
-        weight: carries.select(weight, zero),
-        carries,
+    /// This where true, no light elsewhere.
+    #[inline(always)]
+    fn only(&self, l: L, here: L::M) -> Self {
+        Self { value: self.value.or_zero(l, here), weight: here.select(self.weight, l.f(0.0)), lit: self.lit & here }
     }
 }

@@ -102,6 +102,8 @@ pub trait Real:
     fn least(self) -> f32;
     /// The largest of all lanes, none of which may be NaN.
     fn largest(self) -> f32;
+    /// `1 / self`, correctly rounded.
+    fn recip(self) -> Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
     /// `self * a + b`, fused where the machine can.

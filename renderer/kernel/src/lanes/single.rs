@@ -90,6 +90,10 @@ impl Real for f32 {
         self
     }
     #[inline(always)]
+    fn recip(self) -> Self {
+        1.0 / self
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         f32::sqrt(self)
     }

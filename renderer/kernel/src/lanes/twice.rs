@@ -138,6 +138,10 @@ impl<F: Real> Real for Two<F> {
         self.0.largest().max(self.1.largest())
     }
     #[inline(always)]
+    fn recip(self) -> Self {
+        Self(self.0.recip(), self.1.recip())
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.sqrt(), self.1.sqrt())
     }

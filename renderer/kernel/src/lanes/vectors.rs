@@ -1,6 +1,6 @@
 //! Vectors of three components in lanes: points, directions, colours.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{Lanes, Mask, Real};
 
@@ -56,6 +56,16 @@ impl<L: Lanes> V3<L> {
     pub fn renormalize(self, l: L) -> Self {
         self * (l.f(1.5) - self.dot(self) * 0.5)
     }
+    /// Of a colour: it is not black. True for NaN, which is to be counted further on.
+    #[inline(always)]
+    pub fn is_lit(self, l: L) -> L::M {
+        !(self.x + self.y + self.z).le(l.f(0.0))
+    }
+    /// This where true, 0 elsewhere: selected, since 0 times NaN is NaN.
+    #[inline(always)]
+    pub fn or_zero(self, l: L, m: L::M) -> Self {
+        Self::select(m, self, Self::all(l.f(0.0)))
+    }
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
     pub fn select(m: L::M, a: Self, b: Self) -> Self {
@@ -84,6 +94,15 @@ impl<L: Lanes> Mul<L::F> for V3<L> {
     #[inline(always)]
     fn mul(self, s: L::F) -> Self {
         Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+}
+
+impl<L: Lanes> Div<L::F> for V3<L> {
+    type Output = Self;
+    /// One division for all three components.
+    #[inline(always)]
+    fn div(self, s: L::F) -> Self {
+        self * s.recip()
     }
 }
 

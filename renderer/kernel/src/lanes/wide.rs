@@ -104,6 +104,10 @@ macro_rules! vector_lanes {
                 self.reduce_max()
             }
             #[inline(always)]
+            fn recip(self) -> Self {
+                $f::splat(self.simd, 1.0) / self
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 fearless_simd::SimdFloat::sqrt(self)
             }

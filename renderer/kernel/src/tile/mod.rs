@@ -6,14 +6,13 @@ mod compiled;
 mod turns;
 
 use crate::estimator::bsdf::Surface;
-use crate::estimator::{Reflected, reflected_radiance};
+use crate::estimator::{Contribution, Point, Reflected};
 use crate::film::{Rest, Sample, Tile};
 use crate::geometry::grid::{BLOCK, PATCH};
 use crate::lanes::{Lanes, Lanewise, Mask, PACKET, Uint};
 use crate::request::{Estimator, Settings, Strategy};
 use crate::sampler::{Dimension, Numbers, Pixels, Sampler, patch_key, pixel_keys};
-use crate::world::BuiltScene;
-use crate::world::culling::Candidates;
+use crate::world::{BuiltScene, View};
 use turns::Turns;
 
 /// Adds `count` samples to every pixel of the tile; returns how many were invalid.
@@ -53,6 +52,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
         let run = sampler.start(tile.samples, last - tile.samples);
         for [min, max] in tile.patches() {
             let near = scene.near(tile.corner_at(min));
+            let view = View { l, scene, culled: &near };
             sampler.enter(l, patch_key(settings.sampling.seed, tile.corner_at(min)));
             let mut used = 0;
             for row in min[1]..max[1] {
@@ -84,7 +84,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
                     loop {
                         let (which, asked) = turns.next(&mut random);
                         sampler.draw(l, which, &packet.pixels, asked, &mut random);
-                        let sample = sample(l, scene, settings, packet.corner, &random, &near);
+                        let sample = sample(view, &settings.estimator, packet.corner, &random);
                         let rest = tile.add(l, packet.place, index + turns.done, &sample);
                         turns.done += 1;
                         if !pair {
@@ -118,22 +118,17 @@ struct Packet<L: Lanes> {
     corner: [L::F; 2],
     pixels: Pixels<L>,
 }
-/// One sample of each pixel of a packet.
+/// One sample of each pixel of a packet, by its random numbers.
 #[inline(always)]
-fn sample<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    settings: &Settings,
-    [x, y]: [L::F; 2],
-    random: &Numbers<L>,
-    near: &Candidates,
-) -> Sample<L> {
-    let [jx, jy] = random.get_2d(Dimension::Pixel);
+fn sample<L: Lanes>(view: View<'_, L>, estimator: &Estimator, [x, y]: [L::F; 2], u: &Numbers<L>) -> Sample<L> {
+    let View { l, scene, .. } = view;
+    let [jx, jy] = u.get_2d(Dimension::Pixel);
     let dir = scene.camera.direction(l, x + jx, y + jy);
-    let hit = scene.camera_hit(l, dir, near);
-    let mut reflected = Reflected::nothing(l);
-    // Packets are small patches of the image: nearly always all lanes meet the same shape. Where
-    // not, there is one round for each shape met.
+    let hit = view.camera_hit(dir);
+    let none = Contribution::none(l);
+    let mut reflected = Reflected { light: none, bsdf: none };
+    // Packets are small patches of the image: nearly always all lanes hit the same shape. Where not, there is one round
+    // for each shape hit.
     let (mut todo, mut shape) = (hit.surface, hit.first);
     while todo.any() {
         let mut here = todo;
@@ -142,7 +137,8 @@ fn sample<L: Lanes>(
         }
         if let Some(material) = scene.material(shape) {
             let surface = Surface { material, ..hit.points };
-            reflected_radiance(l, scene, settings, (here, &surface, -dir), random, near, &mut reflected);
+            let more = Point { view, estimator, surface, wo: -dir, here }.reflected(u);
+            reflected = Reflected { light: more.light.or(&reflected.light), bsdf: more.bsdf.or(&reflected.bsdf) };
         }
         let Some(shapes) = hit.shapes else { break };
         todo = todo & !here;

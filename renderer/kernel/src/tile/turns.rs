@@ -37,7 +37,8 @@ impl<L: Lanes> Turns<L> {
         if settings.estimator.strategy == Strategy::Mis {
             let first = sampler.technique(l, sample, pixels);
             let second = if pair { sampler.technique(l, sample + 1, pixels) } else { first };
-            let by_light = [drawn_by_light(l, settings, first), drawn_by_light(l, settings, second)];
+            let by_light =
+                [drawn_by_light(l, &settings.estimator, first), drawn_by_light(l, &settings.estimator, second)];
             turns.swapped = !by_light[0] & by_light[1];
             turns.technique = Some([(first, by_light[0]), (second, by_light[1])]);
         }

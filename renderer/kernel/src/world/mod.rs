@@ -2,22 +2,23 @@
 
 pub mod camera;
 pub mod culling;
+mod view;
 
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
-use crate::estimator::bsdf::{Material, Surface};
+use crate::estimator::bsdf::Material;
 use crate::geometry::Geometry;
 use crate::geometry::grid;
 use crate::geometry::shape::{Ball, Facet};
-use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
 use crate::light::{Light, LightShape, Lights};
 use crate::request::Invalid;
 use crate::request::Settings;
 use crate::request::scene::{self, Scene};
 use camera::Pinhole;
 use culling::{Candidates, Patches};
+pub use view::{CameraHit, View};
 
 /// Most triangles of one scene, a guard against running out of memory.
 pub const MAX_TRIANGLES: usize = 50_000_000;
@@ -72,28 +73,6 @@ impl Opaque {
         };
         same && self.index == other.index && self.reverse_orientation == other.reverse_orientation
     }
-}
-
-/// What a packet of camera rays met.
-pub struct CameraHit<'a, L: Lanes> {
-    /// True where there is a surface that may reflect.
-    pub surface: L::M,
-    /// Which shape it belongs to, see [`BuiltScene::material`], in the first of these lanes.
-    pub first: u32,
-    /// And in each lane; `None` if it is the same in all.
-    pub shapes: Option<L::U>,
-    /// The points met, made of what that of the shape is made of.
-    pub points: Surface<'a, L>,
-    /// Radiance of a light met directly, 0 elsewhere.
-    pub emitted: V3<L>,
-    /// True where a light that shines this way was met.
-    pub emits: L::M,
-}
-
-/// One primitive of geometry or lights.
-enum Primitive<'a> {
-    Facet(&'a Facet),
-    Ball(&'a Ball),
 }
 
 impl BuiltScene {
@@ -228,135 +207,11 @@ impl BuiltScene {
         self.near.get(at).map_or_else(ask, |known| *known.get_or_init(ask))
     }
 
-    /// What each camera ray meets first, all of them rays of the patch with these candidates.
-    #[inline(always)]
-    pub fn camera_hit<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<'_, L> {
-        if near.covered {
-            let facet = &self.geometry.facets[near.surfaces.first()];
-            let origin = V3::splat(l, self.camera.origin);
-            let p = dir.scale_add(facet.distance(l, origin, dir), origin);
-            return CameraHit {
-                surface: l.m(true),
-                first: facet.shape,
-                shapes: None,
-                points: on_facet(l, facet, p, dir),
-                emitted: V3::all(l.f(0.0)),
-                emits: l.m(false),
-            };
-        }
-        l.apart(
-            #[inline(always)]
-            move || self.camera_hit_among(l, dir, near),
-        )
-    }
-
-    /// The same where rays of the patch may meet different things.
-    #[inline(always)]
-    fn camera_hit_among<L: Lanes>(&self, l: L, dir: V3<L>, near: &Candidates) -> CameraHit<'_, L> {
-        let zero = l.f(0.0);
-        let origin = V3::splat(l, self.camera.origin);
-        let hit = self.geometry.nearest(l, origin, dir, &near.surfaces);
-        let (t_light, light, radiance) = self.lights.nearest(l, origin, dir, &near.lights);
-        let is_light = t_light.lt(hit.t);
-        let emitted = V3::select(is_light, radiance, V3::all(zero));
-        let emits = (emitted.x + emitted.y + emitted.z).gt(zero);
-        let p = dir.scale_add(is_light.select(t_light, hit.t), origin);
-        // Lights are numbered after all else.
-        let id = is_light.select_u(light + l.u(self.geometry.len() as u32), hit.id);
-        let surface = hit.t.lt(l.f(f32::INFINITY)) & !is_light;
-        let surface = if self.lights_scatter { surface | is_light } else { surface };
-        let (first, shapes, points) = self.points(l, id, surface, p, dir);
-        CameraHit { surface, first, shapes, points, emitted, emits }
-    }
-
-    /// The shapes (see [`CameraHit`]) and the points `p` that rays in directions `dir` met on the primitives with these
-    /// numbers. Most packets meet one primitive; in a fine mesh every ray may meet another.
-    #[inline(always)]
-    fn points<L: Lanes>(&self, l: L, id: L::U, met: L::M, p: V3<L>, dir: V3<L>) -> (u32, Option<L::U>, Surface<'_, L>) {
-        let mut ids = [0; PACKET];
-        id.store(&mut ids);
-        let mut todo = met.bits();
-        let lane = todo.trailing_zeros() as usize % PACKET;
-        let first = ids[lane];
-        if (id.eq(l.u(first)) | !met).all() {
-            return match self.primitive(first) {
-                Some(Primitive::Facet(facet)) => (facet.shape, None, on_facet(l, facet, p, dir)),
-                Some(Primitive::Ball(ball)) => {
-                    let n = (p - V3::splat(l, ball.center)).normalize(l);
-                    (ball.shape, None, Surface::new(l, p, n, dir, &Material::BLACK))
-                }
-                None => (0, None, Surface::new(l, p, -dir, dir, &Material::BLACK)),
-            };
-        }
-        // By lane: normal of a facet or centre of a ball.
-        let (mut x, mut y, mut z, mut shapes) = ([0.0; PACKET], [0.0; PACKET], [0.0; PACKET], [0; PACKET]);
-        let mut balls = 0;
-        while todo != 0 {
-            let i = todo.trailing_zeros() as usize;
-            todo &= todo - 1;
-            let v = match self.primitive(ids[i]) {
-                Some(Primitive::Facet(facet)) => {
-                    shapes[i] = facet.shape;
-                    facet.normal
-                }
-                Some(Primitive::Ball(ball)) => {
-                    shapes[i] = ball.shape;
-                    balls |= 1 << i;
-                    ball.center
-                }
-                None => Vec3::Z,
-            };
-            (x[i], y[i], z[i]) = (v.x, v.y, v.z);
-        }
-        let mut n = V3 { x: l.load(&x), y: l.load(&y), z: l.load(&z) };
-        if balls != 0 {
-            n = V3::select(l.mask(balls), (p - n).normalize(l), n);
-        }
-        (shapes[lane], Some(l.load_u(&shapes)), Surface::new(l, p, n, dir, &Material::BLACK))
-    }
-
-    /// The primitive with that number: facets, balls, lights.
-    #[inline(always)]
-    fn primitive(&self, id: u32) -> Option<Primitive<'_>> {
-        let (id, facets, all) = (id as usize, self.geometry.facets.len(), self.geometry.len());
-        if id < facets {
-            return Some(Primitive::Facet(&self.geometry.facets[id]));
-        }
-        if id < all {
-            return Some(Primitive::Ball(&self.geometry.balls[id - facets]));
-        }
-        Some(match &self.lights.list.get(id - all)?.shape {
-            LightShape::Facet(facet) => Primitive::Facet(facet),
-            LightShape::Ball(ball) => Primitive::Ball(ball),
-        })
-    }
-
     /// What a shape is made of; `None` if it reflects nothing.
     #[inline(always)]
     pub fn material(&self, shape: u32) -> Option<&Material> {
         self.materials.get(shape as usize).filter(|material| material.scatters())
     }
-
-    /// True where nothing opaque lies between the surface point and distance `t` along `wi`.
-    #[inline(always)]
-    pub fn visible<L: Lanes>(
-        &self,
-        l: L,
-        s: &Surface<'_, L>,
-        wi: V3<L>,
-        t: L::F,
-        wanted: L::M,
-        near: &Candidates,
-    ) -> L::M {
-        let origin = s.n.scale_add(l.f(self.epsilon), s.p);
-        !self.geometry.blocked(l, origin, wi, t - self.epsilon, wanted, &near.occluders)
-    }
-}
-
-/// Points of a facet.
-#[inline(always)]
-fn on_facet<'a, L: Lanes>(l: L, facet: &Facet, p: V3<L>, dir: V3<L>) -> Surface<'a, L> {
-    Surface::new(l, p, V3::splat(l, facet.normal), dir, &Material::BLACK)
 }
 
 fn check_material(material: &scene::Material) -> Result<(), Invalid> {
