@@ -35,6 +35,7 @@ pub mod mis;
 pub mod patch;
 pub mod pbrt;
 pub mod progressive;
+pub mod projection;
 pub mod sampler;
 pub mod scene;
 pub mod settings;
