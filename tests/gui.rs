@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use mislab::command::{Command, SppTarget};
-use mislab::document::Document;
-use mislab::prefs::{Prefs, SavePrefs};
-use mislab::view_state::ToneMap;
+use mislab::state::command::{Command, SppTarget};
+use mislab::state::document::Document;
+use mislab::state::prefs::{Prefs, SavePrefs};
+use mislab::state::view::ToneMap;
 use mislab::{AppOptions, MisLabApp};
 use mislab_renderer::State;
 use mislab_renderer::pbrt::DEFAULT_SCENE;
@@ -307,7 +307,7 @@ fn plates_and_lights() {
 fn layers_and_their_legends() {
     let mut lab = Lab::new();
     for layer in Layer::ALL {
-        let name = mislab::view_state::layer_name(layer);
+        let name = mislab::state::view::layer_name(layer);
         lab.click(&format!("Layer: {name}"));
         assert_eq!(lab.document().view.layer, layer);
         assert!(lab.has(&format!("Legend: {name}")), "a legend for {name}");
@@ -431,7 +431,7 @@ fn snapshots_restore_everything() {
     lab.click("Save snapshot");
     lab.until("the second file", |lab| lab.file("veach_mis_2.exr").exists());
 
-    lab.apply(Command::OpenShipped(mislab::command::Shipped::VeachPlastic));
+    lab.apply(Command::OpenShipped(mislab::state::command::Shipped::VeachPlastic));
     lab.apply(Command::SetSpp(SppTarget::passes(1)));
     lab.apply(Command::OpenPath(lab.file("veach_mis.exr")));
     lab.until("the snapshot", |lab| lab.document().opened.path == Some(lab.file("veach_mis.exr")));
@@ -562,8 +562,9 @@ fn the_mouse_on_the_picture() {
         .light_shapes()
         .max_by(|a, b| Document::radius(&scene, *a).partial_cmp(&Document::radius(&scene, *b)).expect("numbers"))
         .expect("the scene has lights");
-    let projector = mislab::picking::Projector::new(&scene, [60, 60]);
-    let [min, max] = projector.bounds(&scene, mislab::picking::Target::Light(large)).expect("in front of the camera");
+    let projector = mislab::picture::picking::Projector::new(&scene, [60, 60]);
+    let [min, max] =
+        projector.bounds(&scene, mislab::picture::picking::Target::Light(large)).expect("in front of the camera");
     let rim = on_screen(max[0] / 60.0, 0.5 * (min[1] + max[1]) / 60.0);
     let button = |pos, pressed| egui::Event::PointerButton {
         pos,
@@ -584,7 +585,7 @@ fn the_mouse_on_the_picture() {
     let radius = |lab: &Lab| Document::radius(&lab.document().scene, large).expect("a sphere");
     let original = Document::radius(&scene, large).expect("a sphere");
     assert!(radius(&lab) < 0.9 * original, "{} from {original}", radius(&lab));
-    assert_eq!(lab.document().view.placement, mislab::view_state::Placement::Fit, "the picture has not moved");
+    assert_eq!(lab.document().view.placement, mislab::state::view::Placement::Fit, "the picture has not moved");
     lab.key(Modifiers::COMMAND, Key::Z);
     assert_eq!(radius(&lab), original);
 }

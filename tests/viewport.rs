@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Pos2, Rect, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
-use mislab::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
-use mislab::film_texture::Planes;
-use mislab::tone::{filmic, srgb_encode, surround, tone_map};
-use mislab::view_state::{Geometry, Placement, ToneMap, ViewState};
-use mislab::viewport::{Viewport, ViewportResponse, legend_overlay, planes_to_rgba8, render_to_rgba8};
+use mislab::look::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
+use mislab::picture::film_texture::Planes;
+use mislab::picture::tone::{filmic, srgb_encode, surround, tone_map};
+use mislab::picture::viewport::{Viewport, ViewportResponse, legend_overlay, planes_to_rgba8, render_to_rgba8};
+use mislab::state::view::{Geometry, Placement, ToneMap, ViewState};
 use mislab_renderer::{ImageSettings, Layer, PixelRect, Request, Sampling, Settings};
 
 const SIZE: [u32; 2] = [96, 64];
@@ -155,7 +155,7 @@ fn shader_and_cpu_show_the_same_of_every_layer_and_tone_map() {
             for map in ToneMap::ALL {
                 harness.state_mut().view.tone_map = map;
                 assert_agree(&mut harness, &format!("{layer:?}, {map:?}, dark {dark}"));
-                if !mislab::view_state::is_colour(layer) {
+                if !mislab::state::view::is_colour(layer) {
                     break;
                 }
             }

@@ -9,20 +9,20 @@ use eframe::egui::{self, Context, ViewportCommand};
 use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup};
 use mislab_renderer::Pace;
 
-use crate::command::Command;
-use crate::document::{Document, History, Opened};
-use crate::engine::Engine;
 use crate::files::{FileEvent, Files, SaveJob, read, shipped};
+use crate::look::theme::{self, TypeScale};
 use crate::panel::messages::{Notice, OpenError, remark};
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
 use crate::panel::table::TablePanel;
-use crate::picking::Target;
-use crate::prefs::Prefs;
-use crate::swatch::Swatches;
-use crate::theme::{self, TypeScale};
-use crate::view_state::Geometry;
-use crate::viewport::{Viewport, render_to_rgba8};
+use crate::picture::engine::Engine;
+use crate::picture::picking::Target;
+use crate::picture::swatch::Swatches;
+use crate::picture::viewport::{Viewport, render_to_rgba8};
+use crate::state::command::Command;
+use crate::state::document::{Document, History, Opened};
+use crate::state::prefs::Prefs;
+use crate::state::view::Geometry;
 
 /// Why there is no window.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,11 +101,11 @@ impl MisLabApp {
             }
             Err(error) => {
                 open_error = Some(OpenError { path, message: error.to_string() });
-                shipped(crate::command::Shipped::Veach)
+                shipped(crate::state::command::Shipped::Veach)
             }
         });
         let from_command_line = opened.is_some();
-        let opened = opened.unwrap_or_else(|| shipped(crate::command::Shipped::Veach));
+        let opened = opened.unwrap_or_else(|| shipped(crate::state::command::Shipped::Veach));
         if from_command_line || prefs.save.stem.is_empty() {
             prefs.save.stem.clone_from(&opened.snapshot_stem);
         }
@@ -201,7 +201,7 @@ impl MisLabApp {
                     let before = self.document.clone();
                     self.document.view.normalise(&frame);
                     if self.document != before {
-                        self.history.record(before, crate::document::EditKey("normalise", 0));
+                        self.history.record(before, crate::state::document::EditKey("normalise", 0));
                         self.history.end_gesture();
                     }
                 }
@@ -296,7 +296,7 @@ impl MisLabApp {
             self.prefs.remember(path.clone());
         }
         self.document = Document::new(opened);
-        self.history.record(before, crate::document::EditKey("open", 0));
+        self.history.record(before, crate::state::document::EditKey("open", 0));
         self.history.end_gesture();
         self.swatches.clear();
         self.open_error = None;
@@ -408,7 +408,7 @@ impl eframe::App for MisLabApp {
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.engine.hold();
-        let mut commands = crate::keys::pressed(ui.ctx());
+        let mut commands = crate::state::keys::pressed(ui.ctx());
         crate::layout::window_ui(self, ui, &mut commands);
         let ctx = ui.ctx().clone();
         for command in commands {

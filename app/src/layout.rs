@@ -6,14 +6,14 @@ use eframe::egui::{
 use mislab_renderer::State;
 
 use crate::app::MisLabApp;
-use crate::command::Command;
-use crate::document::Document;
+use crate::look::theme::{GRID, TypeScale};
 use crate::panel::{
     caption, display, formula, help, menu, messages, open, palette, sampling, save, scene, status, strategy, table,
 };
-use crate::picking::{Projector, Target};
-use crate::theme::{GRID, TypeScale};
-use crate::viewport::legend_overlay;
+use crate::picture::picking::{Projector, Target};
+use crate::picture::viewport::legend_overlay;
+use crate::state::command::Command;
+use crate::state::document::Document;
 
 /// Width in points at which both columns stand beside the picture.
 pub const FULL_WIDTH: f32 = 1100.0;

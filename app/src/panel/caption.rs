@@ -4,9 +4,9 @@ use eframe::egui::{self, Align2, Color32, Rect, RichText, Role, Sense, TextStyle
 use mislab_renderer::{Channel, Frame, Layer, Strategy};
 
 use super::{heuristic_name, strategy_name};
-use crate::theme::{GRID, Inks, TypeScale};
-use crate::view_state::{ViewState, is_colour};
-use crate::widgets::{cell, seconds, si};
+use crate::look::theme::{GRID, Inks, TypeScale};
+use crate::panel::widgets::{cell, seconds, si};
+use crate::state::view::{ViewState, is_colour};
 
 /// Says of the frame on screen, not of the settings, how it came about: true at every moment.
 pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: TypeScale) {
@@ -31,7 +31,8 @@ pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: Typ
     let paths = format!("{} paths", si(stats.paths as f64));
     let time = seconds(stats.render_seconds);
 
-    let name = RichText::new(strategy_name(strategy)).family(crate::theme::medium()).color(inks.strategy(strategy));
+    let name =
+        RichText::new(strategy_name(strategy)).family(crate::look::theme::medium()).color(inks.strategy(strategy));
     let response = ui.label(name);
     response.widget_info(|| {
         let parts = [strategy_name(strategy), &how, &spp, &paths, &time];

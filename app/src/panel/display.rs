@@ -3,10 +3,10 @@
 use eframe::egui::{self, ComboBox, Ui};
 use mislab_renderer::{Layer, Strategy};
 
-use crate::command::Command;
-use crate::theme::{GRID, Inks, strategy_fill};
-use crate::view_state::{ToneMap, ViewState, is_colour, layer_name};
-use crate::widgets::{ParamSlider, Scale, segmented, title, wide_button};
+use crate::look::theme::{GRID, Inks, strategy_fill};
+use crate::panel::widgets::{ParamSlider, Scale, segmented, title, wide_button};
+use crate::state::command::Command;
+use crate::state::view::{ToneMap, ViewState, is_colour, layer_name};
 
 /// The panel.
 pub fn display_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<Command>) {

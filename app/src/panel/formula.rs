@@ -4,8 +4,8 @@
 use eframe::egui::{self, Color32, Sense, Ui, vec2};
 use mislab_renderer::{Heuristic, OneSampleWeights, Settings, Strategy};
 
-use crate::math::{Math, frac, row, sub, text};
-use crate::theme::{GRID, Inks, TypeScale};
+use crate::look::theme::{GRID, Inks, TypeScale};
+use crate::panel::math::{Math, frac, row, sub, text};
 
 /// Shows it in the width of the column, in as much height as the tallest one needs, so that nothing
 /// jumps when the strategy changes.

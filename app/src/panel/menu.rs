@@ -3,10 +3,10 @@
 use eframe::egui::{Button, Ui};
 
 use super::open::choices_ui;
-use crate::command::Command;
-use crate::keys::{THEMES, bindings};
-use crate::prefs::Prefs;
-use crate::theme::GRID;
+use crate::look::theme::GRID;
+use crate::state::command::Command;
+use crate::state::keys::{THEMES, bindings};
+use crate::state::prefs::Prefs;
 
 /// The menu button.
 pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, can_undo: bool, can_redo: bool, out: &mut Vec<Command>) {

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use eframe::egui::{self, Align2, Area, CornerRadius, Id, Order, Rect, RichText, ScrollArea, Stroke, Ui, vec2};
 use mislab_renderer::Diagnostic;
 
-use crate::theme::{GRID, Inks};
-use crate::widgets::caption;
+use crate::look::theme::{GRID, Inks};
+use crate::panel::widgets::caption;
 
 /// A file that could not be opened. The picture that was there stays.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub fn error_strip(ui: &mut Ui, headline: &str, message: &str, remark: &str) -> 
         .inner_margin(3.0 * GRID)
         .show(ui, |ui| {
             ui.horizontal(|ui| {
-                ui.label(RichText::new(headline).family(crate::theme::medium()).color(wrong));
+                ui.label(RichText::new(headline).family(crate::look::theme::medium()).color(wrong));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     closed = ui.button("Close").accessible_name("Close message").clicked();
                 });
@@ -54,7 +54,7 @@ pub fn warnings_ui(ui: &mut Ui, warnings: &[Diagnostic]) {
         n => format!("{n} warnings about the scene file"),
     };
     // Above everything else, where it is seen; many keep folded, so that the controls are still there.
-    let title = RichText::new(title).family(crate::theme::medium());
+    let title = RichText::new(title).family(crate::look::theme::medium());
     egui::CollapsingHeader::new(title).default_open(warnings.len() <= 3).show(ui, |ui| {
         for warning in warnings {
             let text = RichText::new(warning.to_string()).small();

@@ -1,9 +1,10 @@
-//! The panels, one function each: they read the state they show and push [`crate::command::Command`]s.
+//! The panels, one function each: they read the state they show and push [`crate::state::command::Command`]s.
 
 pub mod caption;
 pub mod display;
 pub mod formula;
 pub mod help;
+pub mod math;
 pub mod menu;
 pub mod messages;
 pub mod open;
@@ -14,6 +15,8 @@ pub mod scene;
 pub mod status;
 pub mod strategy;
 pub mod table;
+pub mod table_job;
+pub mod widgets;
 
 use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, Strategy};
 

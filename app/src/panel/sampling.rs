@@ -5,9 +5,9 @@ use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings,
 
 use super::{heuristic_name, sampler_name, weights_name};
 use crate::app::Pacing;
-use crate::command::{Command, SppTarget};
-use crate::theme::GRID;
-use crate::widgets::{labelled, segmented, title, wide_button};
+use crate::look::theme::GRID;
+use crate::panel::widgets::{labelled, segmented, title, wide_button};
+use crate::state::command::{Command, SppTarget};
 
 /// Width of the labels in this panel.
 const LABEL: f32 = 68.0;

@@ -3,12 +3,12 @@
 use eframe::egui::{self, Color32, CornerRadius, Rect, Sense, Stroke, TextStyle, Ui, vec2};
 use mislab_renderer::Strategy;
 
-use crate::command::Command;
-use crate::document::Document;
-use crate::picking::Target;
-use crate::swatch::Swatches;
-use crate::theme::{GRID, strategy_fill};
-use crate::widgets::{ParamSlider, Scale, caption, title_with_note};
+use crate::look::theme::{GRID, strategy_fill};
+use crate::panel::widgets::{ParamSlider, Scale, caption, title_with_note};
+use crate::picture::picking::Target;
+use crate::picture::swatch::Swatches;
+use crate::state::command::Command;
+use crate::state::document::Document;
 
 /// Below this GGX width a surface is a mirror; the left end of the rail is 0 itself.
 const SMALLEST_ALPHA: f64 = 1e-3;

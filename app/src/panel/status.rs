@@ -3,10 +3,10 @@
 use eframe::egui::{self, ProgressBar, RichText, Ui};
 use mislab_renderer::{Frame, Settings, State, Status, simd_level_name};
 
-use crate::command::Command;
-use crate::theme::Inks;
-use crate::view_state::{ViewState, is_colour};
-use crate::widgets::{number, si, three_digits};
+use crate::look::theme::Inks;
+use crate::panel::widgets::{number, si, three_digits};
+use crate::state::command::Command;
+use crate::state::view::{ViewState, is_colour};
 
 /// The bar. `frame` is given only if it was made with the current settings.
 pub fn status_ui(
@@ -30,7 +30,7 @@ pub fn status_ui(
     let rate = stats.map_or(0.0, |s| s.mpaths_per_second());
     number(ui, &format!("{} Mpaths/s", three_digits(rate)), "8888 Mpaths/s", None);
     let time = stats.map_or(0.0, |s| s.render_seconds);
-    number(ui, &crate::widgets::seconds(time), "88:88 min", None);
+    number(ui, &crate::panel::widgets::seconds(time), "88:88 min", None);
     let invalid = stats.map_or(0, |s| s.invalid_samples);
     let wrong = Inks::of(ui.visuals()).wrong;
     if invalid > 0 {

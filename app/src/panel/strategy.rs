@@ -4,9 +4,9 @@ use eframe::egui::{self, Align2, FontId, Sense, Stroke, StrokeKind, TextStyle, U
 use mislab_renderer::{Settings, Strategy};
 
 use super::{strategy_description, strategy_name};
-use crate::command::Command;
-use crate::theme::{GRID, Inks, TypeScale, medium, strategy_fill};
-use crate::widgets::{ParamSlider, Scale};
+use crate::look::theme::{GRID, Inks, TypeScale, medium, strategy_fill};
+use crate::panel::widgets::{ParamSlider, Scale};
+use crate::state::command::Command;
 
 /// Four buttons in the strategies' colours, then c.
 pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale, out: &mut Vec<Command>) {

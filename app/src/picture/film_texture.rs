@@ -8,8 +8,8 @@ use std::task::{Context, Poll, Waker};
 use eframe::egui_wgpu::{self, CallbackResources, CallbackTrait, ScreenDescriptor, wgpu};
 use mislab_renderer::{Frame, Layer, PixelRect};
 
-use crate::colormap::{ColourMap, TABLE_LEN};
-use crate::tone::Uniforms;
+use crate::look::colormap::{ColourMap, TABLE_LEN};
+use crate::picture::tone::Uniforms;
 
 /// Planes per texture. Always three: the GL backend of wgpu makes a plain 2D texture of a single layer,
 /// which an array view cannot read.

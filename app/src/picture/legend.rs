@@ -7,8 +7,8 @@ use eframe::egui::{
 };
 use mislab_renderer::Layer;
 
-use crate::tone::{self, HATCH_PERIOD};
-use crate::view_state::{ViewState, is_colour, layer_name};
+use crate::picture::tone::{self, HATCH_PERIOD};
+use crate::state::view::{ViewState, is_colour, layer_name};
 
 const BAR_HEIGHT: f32 = 16.0;
 const BAR_WIDTH: f32 = 280.0;

@@ -6,7 +6,7 @@ use eframe::egui::{Pos2, Rect, Vec2, pos2};
 use mislab_renderer::{Frame, Layer};
 use serde::{Deserialize, Serialize};
 
-use crate::film_texture::Planes;
+use crate::picture::film_texture::Planes;
 
 /// From scene-linear light to the screen, after exposure and offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

@@ -6,12 +6,12 @@ use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Role, Sense, emath
 use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
-use crate::film_texture::{FilmTexture, Planes};
-pub use crate::legend::{legend_overlay, legend_ui};
-pub use crate::tone::surround;
-use crate::tone::{self, Uniforms};
-pub use crate::view_state::Geometry;
-use crate::view_state::{ViewState, is_colour, layer_name};
+use crate::picture::film_texture::{FilmTexture, Planes};
+pub use crate::picture::legend::{legend_overlay, legend_ui};
+pub use crate::picture::tone::surround;
+use crate::picture::tone::{self, Uniforms};
+pub use crate::state::view::Geometry;
+use crate::state::view::{ViewState, is_colour, layer_name};
 
 /// From this size of an image pixel on screen, in points, its numbers are written into it.
 const VALUES_FROM: f32 = 60.0;

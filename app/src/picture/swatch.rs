@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use eframe::egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
 use mislab_renderer::{Channel, Frame};
 
-use crate::picking::{Projector, Target};
-use crate::tone::tone_map;
-use crate::view_state::{ToneMap, ViewState};
+use crate::picture::picking::{Projector, Target};
+use crate::picture::tone::tone_map;
+use crate::state::view::{ToneMap, ViewState};
 
 /// Texels of a swatch.
 const SIZE: [usize; 2] = [96, 48];

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use eframe::egui::ThemePreference;
 use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, SamplerSettings, Strategy};
 
-use crate::document::{Document, EditKey};
-use crate::view_state::{ToneMap, ViewState};
+use crate::state::document::{Document, EditKey};
+use crate::state::view::{ToneMap, ViewState};
 
 /// Where a picture stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

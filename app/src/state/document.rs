@@ -6,7 +6,7 @@ use std::sync::Arc;
 use mislab_renderer::pbrt::SceneFile;
 use mislab_renderer::{Diagnostic, Geometry, PixelRect, Request, Scene, Settings};
 
-use crate::view_state::ViewState;
+use crate::state::view::ViewState;
 
 /// Where a scene came from and how it was there: what resets go back to.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,9 +3,9 @@
 use eframe::egui::{Context, Event, Key, Modifiers, ThemePreference};
 use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy};
 
-use crate::command::{Command, Shipped, SppTarget};
 use crate::panel::{heuristic_name, sampler_name, strategy_name, weights_name};
-use crate::view_state::{ToneMap, layer_name};
+use crate::state::command::{Command, Shipped, SppTarget};
+use crate::state::view::{ToneMap, layer_name};
 
 /// A command with its name and, perhaps, its key.
 pub struct Action {

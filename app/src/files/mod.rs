@@ -1,5 +1,7 @@
 //! Files, off the UI thread: dialogs, opening, snapshots. Results come back as events.
 
+pub mod png_file;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -9,11 +11,11 @@ use eframe::egui;
 use mislab_renderer::snapshot::{self, SaveOptions, write_file};
 use mislab_renderer::{Error, Frame, pbrt};
 
-use crate::command::Shipped;
-use crate::document::Opened;
-use crate::png_file;
-use crate::view_state::ViewState;
-use crate::viewport::render_to_rgba8;
+use crate::files::png_file;
+use crate::picture::viewport::render_to_rgba8;
+use crate::state::command::Shipped;
+use crate::state::document::Opened;
+use crate::state::view::ViewState;
 
 /// What came of something started here.
 #[derive(Debug)]

@@ -7,9 +7,9 @@ use bytemuck::{Pod, Zeroable};
 use eframe::egui::Color32;
 use mislab_renderer::Layer;
 
-use crate::colormap::ColourMap;
-use crate::film_texture::Planes;
-use crate::view_state::{Geometry, ToneMap, ViewState};
+use crate::look::colormap::ColourMap;
+use crate::picture::film_texture::Planes;
+use crate::state::view::{Geometry, ToneMap, ViewState};
 
 /// Width of one pair of hatch stripes along a row, in points.
 pub const HATCH_PERIOD: f32 = 10.0;

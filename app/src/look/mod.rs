@@ -1,0 +1,4 @@
+//! How things look and what they are called: words, colours, type.
+
+pub mod colormap;
+pub mod theme;
