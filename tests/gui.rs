@@ -307,7 +307,7 @@ fn plates_and_lights() {
 fn layers_and_their_legends() {
     let mut lab = Lab::new();
     for layer in Layer::ALL {
-        let name = mislab::state::view::layer_name(layer);
+        let name = mislab::look::layer::LayerLook::of(layer).name;
         lab.click(&format!("Layer: {name}"));
         assert_eq!(lab.document().view.layer, layer);
         assert!(lab.has(&format!("Legend: {name}")), "a legend for {name}");

@@ -155,7 +155,7 @@ fn shader_and_cpu_show_the_same_of_every_layer_and_tone_map() {
             for map in ToneMap::ALL {
                 harness.state_mut().view.tone_map = map;
                 assert_agree(&mut harness, &format!("{layer:?}, {map:?}, dark {dark}"));
-                if !mislab::state::view::is_colour(layer) {
+                if !mislab::look::layer::LayerLook::of(layer).is_colour() {
                     break;
                 }
             }

@@ -1,12 +1,13 @@
 //! The caption under the picture: what made it. And the value under the cursor, on the picture.
 
 use eframe::egui::{self, Align2, Color32, Rect, RichText, Role, Sense, TextStyle, Ui, vec2};
-use mislab_renderer::{Channel, Frame, Layer, Strategy};
+use mislab_renderer::{Channel, Frame, Strategy};
 
-use super::{heuristic_name, strategy_name};
+use crate::look::layer::LayerLook;
+use crate::look::names::{heuristic_name, strategy_name};
 use crate::look::theme::{GRID, Inks, TypeScale};
 use crate::panel::widgets::{cell, seconds, si};
-use crate::state::view::{ViewState, is_colour};
+use crate::state::view::ViewState;
 
 /// Says of the frame on screen, not of the settings, how it came about: true at every moment.
 pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: TypeScale) {
@@ -68,7 +69,8 @@ pub fn pixel_overlay(ui: &Ui, viewport: Rect, frame: &Frame, view: &ViewState, [
     let font = TextStyle::Body.resolve(ui.style());
     let galley = ui.painter().layout_no_wrap(text.clone(), font.clone(), ui.visuals().text_color());
     // As wide as usual values are, so that the plate stands still under a moving cursor.
-    let usual = if is_colour(view.layer) { "R 0.0000   G 0.0000   B 0.0000" } else { "x 0000   y 0000" };
+    let usual =
+        if LayerLook::of(view.layer).is_colour() { "R 0.0000   G 0.0000   B 0.0000" } else { "x 0000   y 0000" };
     let usual = ui.painter().layout_no_wrap(usual.into(), font, Color32::WHITE).size();
     let size = galley.size().max(usual) + vec2(4.0 * GRID, 3.0 * GRID);
     let margin = vec2(2.0 * GRID, 2.0 * GRID);
@@ -86,7 +88,7 @@ pub fn pixel_overlay(ui: &Ui, viewport: Rect, frame: &Frame, view: &ViewState, [
 pub fn pixel_text(frame: &Frame, view: &ViewState, [x, y]: [u32; 2]) -> String {
     let values = view.layer.channels().iter().map(|c| frame.pixel(x, y, *c).unwrap_or(f32::NAN));
     let values: Vec<String> = values.map(value_text).collect();
-    let names: &[&str] = if is_colour(view.layer) { &["R", "G", "B"] } else { &[quantity(view.layer)] };
+    let names = LayerLook::of(view.layer).values;
     let values: Vec<String> = names.iter().zip(&values).map(|(name, value)| format!("{name} {value}")).collect();
     format!("x {x}   y {y}\n{}", values.join("   "))
 }
@@ -97,15 +99,6 @@ pub fn pixel_table(frame: &Frame, [x, y]: [u32; 2]) -> String {
         Channel::ALL.iter().map(|c| format!("{}\t{}", c.exr_name(), frame.pixel(x, y, *c).unwrap_or(f32::NAN)));
     let values: Vec<String> = values.collect();
     format!("x\t{x}\ny\t{y}\n{}\n", values.join("\n"))
-}
-
-fn quantity(layer: Layer) -> &'static str {
-    match layer {
-        Layer::WeightLight | Layer::WeightBsdf => "weight",
-        Layer::ShareLight => "share",
-        Layer::Variance => "variance",
-        Layer::Picture | Layer::Light | Layer::Bsdf => "value",
-    }
 }
 
 fn value_text(value: f32) -> String {

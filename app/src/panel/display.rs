@@ -3,10 +3,11 @@
 use eframe::egui::{self, ComboBox, Ui};
 use mislab_renderer::{Layer, Strategy};
 
+use crate::look::layer::{Colouring, LayerLook, Technique};
 use crate::look::theme::{GRID, Inks, strategy_fill};
 use crate::panel::widgets::{ParamSlider, Scale, segmented, title, wide_button};
 use crate::state::command::Command;
-use crate::state::view::{ToneMap, ViewState, is_colour, layer_name};
+use crate::state::view::{ToneMap, ViewState};
 
 /// The panel.
 pub fn display_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<Command>) {
@@ -19,10 +20,11 @@ pub fn display_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut 
             }
         }
     });
-    if is_colour(view.layer) {
-        colour_ui(ui, view, default, out);
-    } else if view.layer == Layer::Variance {
-        variance_ui(ui, view, default, out);
+    match LayerLook::of(view.layer).colouring {
+        Colouring::Radiance => colour_ui(ui, view, default, out),
+        Colouring::Magnitude => variance_ui(ui, view, default, out),
+        // Its range is 0 to 1, whatever the picture.
+        Colouring::Share { .. } => {}
     }
 }
 
@@ -30,10 +32,10 @@ pub fn display_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut 
 pub fn layer_menu(ui: &mut Ui, view: &ViewState, width: f32, out: &mut Vec<Command>) {
     let response = ComboBox::from_id_salt("layer menu")
         .width(width)
-        .selected_text(layer_name(view.layer))
+        .selected_text(LayerLook::of(view.layer).name)
         .show_ui(ui, |ui| {
             for layer in Layer::ALL {
-                if ui.selectable_label(layer == view.layer, layer_name(layer)).clicked() {
+                if ui.selectable_label(layer == view.layer, LayerLook::of(layer).name).clicked() {
                     out.push(Command::SetLayer(layer));
                     ui.close();
                 }
@@ -54,12 +56,12 @@ fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
         egui::Color32::TRANSPARENT
     };
     ui.painter().rect_filled(rect, 4.0, fill);
+    let LayerLook { name, technique, .. } = LayerLook::of(layer);
     // The technique a layer is about, in its colour.
-    let dot = match layer {
-        Layer::Light | Layer::WeightLight | Layer::ShareLight => Some(strategy_fill(Strategy::Light).0),
-        Layer::Bsdf | Layer::WeightBsdf => Some(Inks::of(ui.visuals()).bsdf),
-        Layer::Picture | Layer::Variance => None,
-    };
+    let dot = technique.map(|technique| match technique {
+        Technique::Light => strategy_fill(Strategy::Light).0,
+        Technique::Bsdf => Inks::of(ui.visuals()).bsdf,
+    });
     let at = egui::pos2(rect.left() + 3.0 * GRID, rect.center().y);
     match dot {
         Some(color) => ui.painter().circle_filled(at, 4.0, color),
@@ -67,10 +69,8 @@ fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
     };
     let font = egui::TextStyle::Body.resolve(ui.style());
     let at = egui::pos2(rect.left() + 6.0 * GRID, rect.center().y);
-    ui.painter().text(at, egui::Align2::LEFT_CENTER, layer_name(layer), font, ui.visuals().text_color());
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("Layer: {}", layer_name(layer)))
-    });
+    ui.painter().text(at, egui::Align2::LEFT_CENTER, name, font, ui.visuals().text_color());
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("Layer: {name}")));
     response.clicked()
 }
 

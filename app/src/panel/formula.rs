@@ -4,6 +4,7 @@
 use eframe::egui::{self, Color32, Sense, Ui, vec2};
 use mislab_renderer::{Heuristic, OneSampleWeights, Settings, Strategy};
 
+use crate::look::names::strategy_description;
 use crate::look::theme::{GRID, Inks, TypeScale};
 use crate::panel::math::{Math, frac, row, sub, text};
 
@@ -33,7 +34,7 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
     if (formulas.len() as f32) < lines {
         let body = egui::TextStyle::Small.resolve(ui.style());
         let words = painter.layout(
-            super::strategy_description(settings.estimator.strategy).into(),
+            strategy_description(settings.estimator.strategy).into(),
             body,
             ui.visuals().weak_text_color(),
             rect.width(),

@@ -3,8 +3,8 @@
 use eframe::egui::{self, ComboBox, DragValue, Ui};
 use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Settings, Strategy};
 
-use super::{heuristic_name, sampler_name, weights_name};
 use crate::app::Pacing;
+use crate::look::names::{heuristic_name, sampler_name, weights_name};
 use crate::look::theme::GRID;
 use crate::panel::widgets::{labelled, segmented, title, wide_button};
 use crate::state::command::{Command, SppTarget};

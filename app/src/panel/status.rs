@@ -3,10 +3,11 @@
 use eframe::egui::{self, ProgressBar, RichText, Ui};
 use mislab_renderer::{Frame, Settings, State, Status, simd_level_name};
 
+use crate::look::layer::LayerLook;
 use crate::look::theme::Inks;
 use crate::panel::widgets::{number, si, three_digits};
 use crate::state::command::Command;
-use crate::state::view::{ViewState, is_colour};
+use crate::state::view::ViewState;
 
 /// The bar. `frame` is given only if it was made with the current settings.
 pub fn status_ui(
@@ -54,7 +55,7 @@ pub fn status_ui(
         if ui.available_width() < 190.0 {
             return;
         }
-        if is_colour(view.layer) {
+        if LayerLook::of(view.layer).is_colour() {
             ui.label(view.tone_map.name());
             number(ui, &format!("EV {:+.1}", view.exposure_ev), "EV +88.8", None);
             if view.offset != 0.0 {

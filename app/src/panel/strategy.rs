@@ -3,7 +3,7 @@
 use eframe::egui::{self, Align2, FontId, Sense, Stroke, StrokeKind, TextStyle, Ui, vec2};
 use mislab_renderer::{Settings, Strategy};
 
-use super::{strategy_description, strategy_name};
+use crate::look::names::{strategy_description, strategy_name};
 use crate::look::theme::{GRID, Inks, TypeScale, medium, strategy_fill};
 use crate::panel::widgets::{ParamSlider, Scale};
 use crate::state::command::Command;

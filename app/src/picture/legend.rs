@@ -5,10 +5,10 @@ use std::sync::Arc;
 use eframe::egui::{
     self, Align2, Color32, FontId, Galley, Mesh, Pos2, Rect, Role, Sense, Shape, TextStyle, Vec2, pos2, vec2,
 };
-use mislab_renderer::Layer;
 
+use crate::look::layer::{Colouring, LayerLook, Technique};
 use crate::picture::tone::{self, HATCH_PERIOD};
-use crate::state::view::{ViewState, is_colour, layer_name};
+use crate::state::view::ViewState;
 
 const BAR_HEIGHT: f32 = 16.0;
 const BAR_WIDTH: f32 = 280.0;
@@ -63,13 +63,14 @@ struct Bar {
 
 impl Legend {
     fn new(ui: &egui::Ui, view: &ViewState, dark: bool, available: f32) -> Self {
+        let look = LayerLook::of(view.layer);
         let text = ui.visuals().strong_text_color();
         let body = TextStyle::Body.resolve(ui.style());
         let small = FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body.clone() };
         let line = |words: String, font: &FontId| ui.painter().layout_no_wrap(words, font.clone(), text);
-        let name = layer_name(view.layer);
+        let LayerLook { name, .. } = look;
         let title = line(name.to_owned(), &body);
-        if is_colour(view.layer) {
+        if look.is_colour() {
             let words = colour_note(view);
             let spoken = format!("Legend: {name}, {words}");
             let note = line(words, &small);
@@ -141,13 +142,12 @@ fn colour_note(view: &ViewState) -> String {
 
 /// What stands under the bar, from left to right.
 fn tick_words(view: &ViewState) -> Vec<(f32, String)> {
-    let three = |low: &str, high: &str| vec![(0.0, low.to_owned()), (0.5, "1/2".to_owned()), (1.0, high.to_owned())];
-    match view.layer {
-        Layer::ShareLight => three("0 all BSDF", "1 all light"),
-        Layer::WeightLight => three("0 left to BSDF", "1 light only"),
-        Layer::WeightBsdf => three("0 left to light", "1 BSDF only"),
-        Layer::Picture | Layer::Light | Layer::Bsdf => Vec::new(),
-        Layer::Variance => decades(tone::variance_range(view)),
+    match LayerLook::of(view.layer).colouring {
+        Colouring::Share { ends: [low, high], .. } => {
+            vec![(0.0, low.to_owned()), (0.5, "1/2".to_owned()), (1.0, high.to_owned())]
+        }
+        Colouring::Magnitude => decades(tone::variance_range(view)),
+        Colouring::Radiance => Vec::new(),
     }
 }
 
@@ -198,11 +198,12 @@ fn fitting(ticks: Vec<(f32, Arc<Galley>)>, width: f32) -> Vec<(f32, Option<Arc<G
 fn bar_colours(view: &ViewState, dark: bool) -> Vec<Color32> {
     const STEPS: usize = 64;
     let map = tone::colour_map(view.layer, dark);
+    let from_amber = matches!(LayerLook::of(view.layer).colouring, Colouring::Share { of: Technique::Bsdf, .. });
     (0..=STEPS)
         .map(|i| {
             let t = i as f32 / STEPS as f32;
             // The number grows to the right; amber stays with the light technique.
-            let t = if view.layer == Layer::WeightBsdf { 1.0 - t } else { t };
+            let t = if from_amber { 1.0 - t } else { t };
             let [r, g, b] = map.at(t).map(|v| (v * 255.0).round() as u8);
             Color32::from_rgb(r, g, b)
         })

@@ -6,12 +6,13 @@ use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Role, Sense, emath
 use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
+use crate::look::layer::LayerLook;
 use crate::picture::film_texture::{FilmTexture, Planes};
 pub use crate::picture::legend::{legend_overlay, legend_ui};
 pub use crate::picture::tone::surround;
 use crate::picture::tone::{self, Uniforms};
 pub use crate::state::view::Geometry;
-use crate::state::view::{ViewState, is_colour, layer_name};
+use crate::state::view::ViewState;
 
 /// From this size of an image pixel on screen, in points, its numbers are written into it.
 const VALUES_FROM: f32 = 60.0;
@@ -85,7 +86,7 @@ impl Viewport {
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
         let label = match view.layer {
             Layer::Picture => "Picture".to_owned(),
-            layer => format!("Picture: {}", layer_name(layer)),
+            layer => format!("Picture: {}", LayerLook::of(layer).name),
         };
         response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &label));
         let painter = ui.painter_at(rect);
@@ -248,7 +249,8 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
             let value = planes.value(x - bounds.min[0], y - bounds.min[1]);
             let shown = tone::at_pixel(uniforms, value);
             let ink = if luma(shown) > 0.5 { Color32::BLACK } else { Color32::WHITE };
-            let text = if is_colour(planes.layer()) { value.map(number).join("\n") } else { number(value[0]) };
+            let text =
+                if LayerLook::of(planes.layer()).is_colour() { value.map(number).join("\n") } else { number(value[0]) };
             let centre = geometry.to_screen([x as f32 + 0.5, y as f32 + 0.5]);
             painter.text(centre, Align2::CENTER_CENTER, text, font.clone(), ink);
         }

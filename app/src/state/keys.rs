@@ -3,9 +3,10 @@
 use eframe::egui::{Context, Event, Key, Modifiers, ThemePreference};
 use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy};
 
-use crate::panel::{heuristic_name, sampler_name, strategy_name, weights_name};
+use crate::look::layer::LayerLook;
+use crate::look::names::{heuristic_name, sampler_name, strategy_name, weights_name};
 use crate::state::command::{Command, Shipped, SppTarget};
-use crate::state::view::{ToneMap, layer_name};
+use crate::state::view::ToneMap;
 
 /// A command with its name and, perhaps, its key.
 pub struct Action {
@@ -100,7 +101,7 @@ pub fn actions() -> Vec<Action> {
         add("Samples", name, Command::SetSpp(target));
     }
     for layer in Layer::ALL {
-        add("View", format!("Layer: {}", layer_name(layer)), Command::SetLayer(layer));
+        add("View", format!("Layer: {}", LayerLook::of(layer).name), Command::SetLayer(layer));
     }
     for tone_map in ToneMap::ALL {
         add("View", format!("Tone map: {}", tone_map.name()), Command::SetToneMap(tone_map));

@@ -6,6 +6,7 @@ use eframe::egui::{Pos2, Rect, Vec2, pos2};
 use mislab_renderer::{Frame, Layer};
 use serde::{Deserialize, Serialize};
 
+use crate::look::layer::{Colouring, LayerLook, by_key};
 use crate::picture::film_texture::Planes;
 
 /// From scene-linear light to the screen, after exposure and offset.
@@ -74,7 +75,7 @@ pub enum Placement {
 #[serde(default)]
 pub struct ViewState {
     /// What is shown.
-    #[serde(with = "layer_serde")]
+    #[serde(with = "by_key")]
     pub layer: Layer,
     /// Exposure of the colour layers in stops: radiance is multiplied by 2^EV.
     pub exposure_ev: f32,
@@ -161,13 +162,17 @@ impl ViewState {
         largest.sort_unstable_by(f32::total_cmp);
         let Some(last) = largest.len().checked_sub(1) else { return };
         let quantile = |q: f64| largest[(q * last as f64).round() as usize];
-        if is_colour(planes.layer()) {
-            // Tenths of a stop, downwards: what the status shows is what is used.
-            self.exposure_ev = ((-quantile(0.99).log2() * 10.0).floor() / 10.0).clamp(-Self::MAX_EV, Self::MAX_EV);
-            self.offset = 0.0;
-        } else if planes.layer() == Layer::Variance {
-            let low = quantile(0.01).log10().floor();
-            self.variance_range = [low, quantile(0.99).log10().ceil().max(low + 1.0)];
+        match LayerLook::of(planes.layer()).colouring {
+            Colouring::Radiance => {
+                // Tenths of a stop, downwards: what the status shows is what is used.
+                self.exposure_ev = ((-quantile(0.99).log2() * 10.0).floor() / 10.0).clamp(-Self::MAX_EV, Self::MAX_EV);
+                self.offset = 0.0;
+            }
+            Colouring::Magnitude => {
+                let low = quantile(0.01).log10().floor();
+                self.variance_range = [low, quantile(0.99).log10().ceil().max(low + 1.0)];
+            }
+            Colouring::Share { .. } => {}
         }
     }
 
@@ -237,52 +242,5 @@ impl Geometry {
     /// 100 when one image pixel is one physical screen pixel.
     pub fn zoom_percent(&self) -> f32 {
         100.0 * self.scale
-    }
-}
-
-/// The name of a layer on screen.
-pub fn layer_name(layer: Layer) -> &'static str {
-    match layer {
-        Layer::Picture => "Picture",
-        Layer::Light => "Light technique",
-        Layer::Bsdf => "BSDF technique",
-        Layer::WeightLight => "MIS weight, light samples",
-        Layer::WeightBsdf => "MIS weight, BSDF samples",
-        Layer::ShareLight => "Share of the light technique",
-        Layer::Variance => "Variance of one sample",
-    }
-}
-
-/// Whether the layer is a colour image (exposure and tone map apply) and not false colour.
-pub fn is_colour(layer: Layer) -> bool {
-    layer.channels().len() == 3
-}
-
-/// The renderer's layers by their names in EXR files; the renderer itself does not store them.
-mod layer_serde {
-    use super::Layer;
-    use serde::{Deserialize, Deserializer, Serializer, de::Error};
-
-    const KEYS: [(Layer, &str); 7] = [
-        (Layer::Picture, "picture"),
-        (Layer::Light, "light"),
-        (Layer::Bsdf, "bsdf"),
-        (Layer::WeightLight, "w_light"),
-        (Layer::WeightBsdf, "w_bsdf"),
-        (Layer::ShareLight, "share_light"),
-        (Layer::Variance, "variance"),
-    ];
-
-    pub fn serialize<S: Serializer>(layer: &Layer, serializer: S) -> Result<S::Ok, S::Error> {
-        let key = KEYS.iter().find(|(l, _)| l == layer).map_or("picture", |(_, key)| *key);
-        serializer.serialize_str(key)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Layer, D::Error> {
-        let key = String::deserialize(deserializer)?;
-        KEYS.iter().find(|(_, k)| *k == key).map(|(layer, _)| *layer).ok_or_else(|| {
-            let known: Vec<&str> = KEYS.iter().map(|(_, k)| *k).collect();
-            D::Error::custom(format!("layer \"{key}\", expected one of {}", known.join(", ")))
-        })
     }
 }
