@@ -24,7 +24,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 use self::args::{Args, Command};
-use crate::app::{NoWindow, run_app};
+use crate::launch::{NoWindow, run_app};
 
 /// Runs the program with the arguments of this process.
 pub fn main() -> ExitCode {

@@ -3,10 +3,13 @@
 pub mod app;
 pub mod cli;
 pub mod files;
+pub mod lab;
+pub mod launch;
 pub mod layout;
 pub mod look;
 pub mod panel;
 pub mod picture;
 pub mod state;
 
-pub use app::{AppOptions, MisLabApp, NoWindow, run_app};
+pub use app::{AppOptions, MisLabApp};
+pub use launch::{NoWindow, run_app};

@@ -5,10 +5,10 @@ use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use mislab_renderer::{Frame, snapshot};
+use mislab_renderer::{Frame, Layer, snapshot};
 
 use super::Failure;
-use crate::picture::viewport::render_to_rgba8;
+use crate::picture::still::render_to_rgba8;
 use crate::state::view::{ToneMap, ViewState};
 
 /// A line on standard error. Nobody is left to be told if that fails.
@@ -91,7 +91,7 @@ impl PictureFile {
             return Ok(snapshot::save(frame, &self.path, &snapshot::SaveOptions::default())?.notice);
         }
         let view = ViewState { tone_map: ToneMap::SrgbClip, ..ViewState::default() };
-        let (width, height, rgba) = render_to_rgba8(frame, &view, true);
+        let (width, height, rgba) = render_to_rgba8(frame, Layer::Picture, &view, true);
         let bytes = crate::files::png_file::encode(width, height, &rgba)
             .map_err(|error| Failure::Run(format!("{}: cannot encode: {error}", self.path.display())))?;
         snapshot::write_file(&self.path, &bytes)?;

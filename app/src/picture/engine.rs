@@ -1,133 +1,51 @@
-//! The live picture: what was asked of the renderer, and what came back.
+//! The workers, and the live pictures that they work on.
 
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use eframe::egui;
-use mislab_renderer::{Frame, Pace, Picture, Renderer, Request, Status};
+use mislab_renderer::{Pace, Renderer};
 
-/// How long the old picture may stand unmarked after a change: shorter than one notices, longer
-/// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
-const GRACE: Duration = Duration::from_millis(120);
+use super::live::LivePicture;
 
-/// One picture in progress.
+/// One renderer for all pictures of the window.
 pub struct Engine {
-    // Dropped first: the picture leaves before its renderer joins its threads.
-    picture: Option<Picture>,
+    // Dropped first: pictures leave before the renderer joins its threads.
+    pictures: Vec<LivePicture>,
     renderer: Option<Renderer>,
     threads: usize,
-    submitted: Option<Request>,
-    generation: u64,
-    changed_at: Instant,
-    /// Held during a pass of the window only: the room of a frame that nobody holds goes to the next one.
-    frame: Option<Arc<Frame>>,
-    /// Generation of the frame on screen.
-    shown: Option<u64>,
-    pace: Pace,
 }
 
 impl Engine {
-    /// Starts the workers; each new frame asks `ctx` for one pass.
+    /// Starts the workers; each new frame asks `ctx` for one pass. No pictures yet: see [`Self::set_count`].
     pub fn new(ctx: &egui::Context, threads: usize) -> Self {
         let ctx = ctx.clone();
         // A repaint at once would cost two passes.
         let renderer = Renderer::new(threads, move || ctx.request_repaint_after(Duration::from_millis(1)));
-        Self {
-            picture: Some(renderer.add_picture()),
-            threads: renderer.threads(),
-            renderer: Some(renderer),
-            submitted: None,
-            generation: 0,
-            changed_at: Instant::now(),
-            frame: None,
-            shown: None,
-            pace: Pace::Full,
+        Self { pictures: Vec::new(), threads: renderer.threads(), renderer: Some(renderer) }
+    }
+
+    /// As many pictures as the document has slots: the last ones go, or new ones come.
+    pub fn set_count(&mut self, count: usize) {
+        if let Some(renderer) = &self.renderer {
+            self.pictures.resize_with(count, || LivePicture::new(renderer.add_picture()));
         }
     }
 
-    /// Hands over what should be rendered, if that has changed. Returns at once.
-    pub fn submit(&mut self, request: Request) {
-        let Some(picture) = &self.picture else { return };
-        let same = self.submitted.as_ref().is_some_and(|old| {
-            // A scene is compared by its numbers only if it is not the very same one.
-            old.settings == request.settings && (Arc::ptr_eq(&old.scene, &request.scene) || old.scene == request.scene)
-        });
-        if !same {
-            let before = self.generation;
-            self.generation = picture.submit(request.clone());
-            self.submitted = Some(request);
-            if self.generation != before {
-                self.changed_at = Instant::now();
-            }
-        }
+    /// The pictures, one for each slot of the document.
+    pub fn pictures(&self) -> &[LivePicture] {
+        &self.pictures
     }
 
-    /// Starts again from the first sample.
-    pub fn restart(&mut self) {
-        if let Some(picture) = &self.picture {
-            self.generation = picture.restart();
-            self.changed_at = Instant::now();
-        }
+    /// The same, to hand requests over and to take frames.
+    pub fn pictures_mut(&mut self) -> &mut [LivePicture] {
+        &mut self.pictures
     }
 
-    /// Sets the pace, if it is another.
+    /// Sets the pace of all pictures, where it is another.
     pub fn set_pace(&mut self, pace: Pace) {
-        if let Some(picture) = &self.picture
-            && self.pace != pace
-        {
+        for picture in &mut self.pictures {
             picture.set_pace(pace);
-            self.pace = pace;
         }
-    }
-
-    /// One more pass while held.
-    pub fn step(&self) {
-        if let Some(picture) = &self.picture {
-            picture.step();
-        }
-    }
-
-    /// Takes the newest frame for a pass of the window, unless it holds one.
-    pub fn hold(&mut self) {
-        if self.frame.is_none() {
-            self.frame = self.picture.as_ref().and_then(Picture::latest);
-            self.shown = self.frame.as_ref().map(|frame| frame.generation());
-        }
-    }
-
-    /// Gives it back: the pass is over.
-    pub fn release(&mut self) {
-        self.frame = None;
-    }
-
-    /// The frame of this pass or, between passes, the newest one; perhaps of older settings.
-    pub fn frame(&self) -> Option<Arc<Frame>> {
-        self.frame.clone().or_else(|| self.picture.as_ref().and_then(Picture::latest))
-    }
-
-    /// The same, if it was made with the current settings.
-    pub fn current_frame(&self) -> Option<Arc<Frame>> {
-        self.frame().filter(|frame| frame.generation() == self.generation)
-    }
-
-    /// Generation of the frame on screen.
-    pub fn shown(&self) -> Option<u64> {
-        self.shown
-    }
-
-    /// Whether the frame on screen is of older settings.
-    pub fn is_behind(&self) -> bool {
-        self.shown.is_some_and(|generation| generation != self.generation)
-    }
-
-    /// How long until an old picture must be marked as one; `None` if there is nothing to mark.
-    pub fn marked_in(&self) -> Option<Duration> {
-        self.is_behind().then(|| GRACE.saturating_sub(self.changed_at.elapsed()))
-    }
-
-    /// What the renderer is doing.
-    pub fn status(&self) -> Option<Status> {
-        self.picture.as_ref().map(Picture::status)
     }
 
     /// Worker threads.
@@ -135,14 +53,11 @@ impl Engine {
         self.threads
     }
 
-    /// Version of the settings last handed over.
-    pub fn generation(&self) -> u64 {
-        self.generation
-    }
-
     /// Stops the workers and waits for them.
     pub fn stop(&mut self) {
-        self.picture = None;
+        for picture in &mut self.pictures {
+            picture.stop();
+        }
         self.renderer = None;
     }
 }

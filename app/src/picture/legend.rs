@@ -5,6 +5,7 @@ use std::sync::Arc;
 use eframe::egui::{
     self, Align2, Color32, FontId, Galley, Mesh, Pos2, Rect, Role, Sense, Shape, TextStyle, Vec2, pos2, vec2,
 };
+use mislab_renderer::Layer;
 
 use crate::look::layer::{Colouring, LayerLook, Technique};
 use crate::picture::tone::{self, HATCH_PERIOD};
@@ -17,18 +18,9 @@ const TICK: f32 = 4.0;
 const GAP: f32 = 4.0;
 const PLATE_MARGIN: f32 = 8.0;
 
-/// The legend of the layer shown, without a background. Its size depends on the layer and on the width at hand only.
-pub fn legend_ui(ui: &mut egui::Ui, view: &ViewState, dark: bool) -> egui::Response {
-    let legend = Legend::new(ui, view, dark, ui.available_width());
-    let (rect, response) = ui.allocate_exact_size(legend.size, Sense::hover());
-    legend.paint(ui.painter(), rect.min);
-    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
-    response
-}
-
 /// The legend on a plate in the lower left corner of the viewport.
-pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, view: &ViewState, dark: bool) {
-    let legend = Legend::new(ui, view, dark, viewport.width() - 4.0 * PLATE_MARGIN);
+pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, layer: Layer, view: &ViewState) {
+    let legend = Legend::new(ui, layer, view, viewport.width() - 4.0 * PLATE_MARGIN);
     let size = legend.size + Vec2::splat(2.0 * PLATE_MARGIN);
     let corner = viewport.left_bottom() + vec2(PLATE_MARGIN, -PLATE_MARGIN - size.y);
     let plate = Rect::from_min_size(corner, size);
@@ -62,8 +54,9 @@ struct Bar {
 }
 
 impl Legend {
-    fn new(ui: &egui::Ui, view: &ViewState, dark: bool, available: f32) -> Self {
-        let look = LayerLook::of(view.layer);
+    fn new(ui: &egui::Ui, layer: Layer, view: &ViewState, available: f32) -> Self {
+        let look = LayerLook::of(layer);
+        let dark = ui.visuals().dark_mode;
         let text = ui.visuals().strong_text_color();
         let body = TextStyle::Body.resolve(ui.style());
         let small = FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body.clone() };
@@ -80,7 +73,7 @@ impl Legend {
         let undefined = line("undefined".to_owned(), &small);
         let aside = 2.0 * GAP + BAR_HEIGHT + GAP + undefined.size().x;
         let width = (available - aside).clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
-        let words = tick_words(view);
+        let words = tick_words(layer, view);
         let spoken = format!(
             "Legend: {name}, {}, hatched: undefined",
             words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
@@ -89,7 +82,7 @@ impl Legend {
         let tick_height = galleys.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
         let ticks = fitting(galleys, width);
         let size = vec2(title.size().x.max(width + aside), title.size().y + GAP + BAR_HEIGHT + TICK + tick_height);
-        let bar = Bar { width, colours: bar_colours(view, dark), ticks, undefined, hatch: tone::hatch(dark) };
+        let bar = Bar { width, colours: bar_colours(layer, dark), ticks, undefined, hatch: tone::hatch(dark) };
         Self { title, note: None, bar: Some(bar), text, size, spoken }
     }
 
@@ -141,8 +134,8 @@ fn colour_note(view: &ViewState) -> String {
 }
 
 /// What stands under the bar, from left to right.
-fn tick_words(view: &ViewState) -> Vec<(f32, String)> {
-    match LayerLook::of(view.layer).colouring {
+fn tick_words(layer: Layer, view: &ViewState) -> Vec<(f32, String)> {
+    match LayerLook::of(layer).colouring {
         Colouring::Share { ends: [low, high], .. } => {
             vec![(0.0, low.to_owned()), (0.5, "1/2".to_owned()), (1.0, high.to_owned())]
         }
@@ -195,10 +188,10 @@ fn fitting(ticks: Vec<(f32, Arc<Galley>)>, width: f32) -> Vec<(f32, Option<Arc<G
 }
 
 /// The colours along the bar, as the picture shows them.
-fn bar_colours(view: &ViewState, dark: bool) -> Vec<Color32> {
+fn bar_colours(layer: Layer, dark: bool) -> Vec<Color32> {
     const STEPS: usize = 64;
-    let map = tone::colour_map(view.layer, dark);
-    let from_amber = matches!(LayerLook::of(view.layer).colouring, Colouring::Share { of: Technique::Bsdf, .. });
+    let map = tone::colour_map(layer, dark);
+    let from_amber = matches!(LayerLook::of(layer).colouring, Colouring::Share { of: Technique::Bsdf, .. });
     (0..=STEPS)
         .map(|i| {
             let t = i as f32 / STEPS as f32;

@@ -2,8 +2,15 @@
 
 pub mod engine;
 pub mod film_texture;
+pub mod interaction;
 pub mod legend;
+pub mod live;
+pub mod normalise;
+pub mod pane;
 pub mod picking;
+pub mod pixel;
+pub mod planes;
+pub mod still;
 pub mod swatch;
 pub mod tone;
 pub mod viewport;

@@ -9,8 +9,9 @@ use mislab_renderer::Layer;
 
 use crate::look::colormap::ColourMap;
 use crate::look::layer::{Colouring, LayerLook, Technique};
-use crate::picture::film_texture::Planes;
-use crate::state::view::{Geometry, ToneMap, ViewState};
+use crate::picture::planes::Planes;
+use crate::state::placement::Geometry;
+use crate::state::view::{ToneMap, ViewState};
 
 /// Width of one pair of hatch stripes along a row, in points.
 pub const HATCH_PERIOD: f32 = 10.0;

@@ -1,12 +1,12 @@
-//! What the window edits: scene, settings and view, with undo over all of it.
+//! What the window edits: scene, settings and view.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use mislab_renderer::pbrt::SceneFile;
-use mislab_renderer::{Diagnostic, Geometry, PixelRect, Request, Scene, Settings};
+use mislab_renderer::{Diagnostic, Estimator, Geometry, ImageSettings, Layer, Request, Sampling, Scene, Settings};
 
-use crate::state::view::ViewState;
+use super::view::ViewState;
 
 /// Where a scene came from and how it was there: what resets go back to.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub struct Opened {
     pub scene: Arc<Scene>,
     /// The settings as the file says them.
     pub settings: Settings,
+    /// The layer as the file says it; the picture for a scene file.
+    pub layer: Layer,
     /// The view as the file says it; the default view for a scene file.
     pub view: ViewState,
     /// What the reader did not understand.
@@ -35,6 +37,7 @@ impl Opened {
             title: file.scene.name.clone(),
             scene: Arc::new(file.scene),
             settings: file.settings,
+            layer: Layer::Picture,
             view: ViewState::default(),
             warnings: file.warnings,
             path,
@@ -43,38 +46,91 @@ impl Opened {
     }
 }
 
-/// Everything a control sets: one step of undo is one of these.
+/// One picture of the document: what it has to itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slot {
+    /// How the radiance is estimated.
+    pub estimator: Estimator,
+    /// Which image of the frame is shown.
+    pub layer: Layer,
+}
+
+/// Everything a control sets. Pictures differ in their [`Slot`]s and share the rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Document {
     /// Where it came from.
     pub opened: Arc<Opened>,
     /// The scene with every edit applied.
     pub scene: Arc<Scene>,
-    /// Strategy, samples, image.
-    pub settings: Settings,
-    /// How it is looked at; never reaches the renderer.
+    /// Samples and their random numbers.
+    pub sampling: Sampling,
+    /// Image size and crop.
+    pub image: ImageSettings,
+    /// How the pictures are looked at; never reaches the renderer.
     pub view: ViewState,
+    /// The pictures, at least one.
+    slots: Vec<Slot>,
+    /// Index of the one that controls are about.
+    active: usize,
 }
 
 impl Document {
     /// A file as it was opened, without edits.
     pub fn new(opened: Opened) -> Self {
+        let Settings { estimator, sampling, image } = opened.settings;
         Self {
             scene: opened.scene.clone(),
-            settings: opened.settings.clone(),
+            sampling,
+            image,
             view: opened.view.clone(),
+            slots: vec![Slot { estimator, layer: opened.layer }],
+            active: 0,
             opened: Arc::new(opened),
         }
     }
 
-    /// What the renderer should be working on.
-    pub fn request(&self) -> Request {
-        Request { scene: self.scene.clone(), settings: self.settings.clone() }
+    /// The pictures, in their order on screen.
+    pub fn slots(&self) -> &[Slot] {
+        &self.slots
     }
 
-    /// The GGX width of a material, if it has one.
-    pub fn alpha(&self, material: usize) -> Option<f32> {
-        self.scene.materials.get(material)?.bsdf.alpha()
+    /// Which of [`Self::slots`] controls are about.
+    pub fn active_index(&self) -> usize {
+        self.active
+    }
+
+    /// The picture that controls are about.
+    pub fn active(&self) -> &Slot {
+        &self.slots[self.active]
+    }
+
+    /// The same, for editing.
+    pub fn active_mut(&mut self) -> &mut Slot {
+        &mut self.slots[self.active]
+    }
+
+    /// Everything but the scene that decides the bits of a picture.
+    pub fn settings(&self, slot: &Slot) -> Settings {
+        Settings { estimator: slot.estimator, sampling: self.sampling, image: self.image }
+    }
+
+    /// What the renderer should be working on for a picture.
+    pub fn request(&self, slot: &Slot) -> Request {
+        Request { scene: self.scene.clone(), settings: self.settings(slot) }
+    }
+
+    /// Scene and settings back to the file's; the view stays.
+    pub fn reset_scene(&mut self) {
+        let Settings { estimator, sampling, image } = self.opened.settings;
+        self.scene = self.opened.scene.clone();
+        self.sampling = sampling;
+        self.image = image;
+        self.active_mut().estimator = estimator;
+    }
+
+    /// Whether [`Self::reset_scene`] would change anything.
+    pub fn is_edited(&self) -> bool {
+        self.scene != self.opened.scene || self.settings(self.active()) != self.opened.settings
     }
 
     /// The GGX width of a material in the file.
@@ -89,75 +145,4 @@ impl Document {
             Geometry::Mesh { .. } => None,
         }
     }
-
-    /// Pixels of the picture.
-    pub fn bounds(&self) -> PixelRect {
-        self.settings.pixel_bounds()
-    }
-}
-
-/// What a step of undo is about: edits of one control in one gesture make one step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EditKey(pub &'static str, pub usize);
-
-/// Undo and redo.
-#[derive(Debug, Default)]
-pub struct History {
-    undo: Vec<Document>,
-    redo: Vec<Document>,
-    gesture: Option<EditKey>,
-}
-
-impl History {
-    /// Steps kept; a document is a few pointers and numbers.
-    const DEPTH: usize = 500;
-
-    /// Remembers `before`, unless the same gesture has already done so.
-    pub fn record(&mut self, before: Document, key: EditKey) {
-        self.redo.clear();
-        if self.gesture == Some(key) {
-            return;
-        }
-        self.gesture = Some(key);
-        if self.undo.len() == Self::DEPTH {
-            self.undo.remove(0);
-        }
-        self.undo.push(before);
-    }
-
-    /// The mouse button is up: the next edit is a step of its own.
-    pub fn end_gesture(&mut self) {
-        self.gesture = None;
-    }
-
-    /// Is there anything to undo?
-    pub fn can_undo(&self) -> bool {
-        !self.undo.is_empty()
-    }
-
-    /// Is there anything to redo?
-    pub fn can_redo(&self) -> bool {
-        !self.redo.is_empty()
-    }
-
-    /// Goes one step back. Where one looks (zoom and pan) stays.
-    pub fn undo(&mut self, document: &mut Document) {
-        if let Some(previous) = self.undo.pop() {
-            self.redo.push(swap(document, previous));
-        }
-        self.gesture = None;
-    }
-
-    /// Takes one undo back.
-    pub fn redo(&mut self, document: &mut Document) {
-        if let Some(next) = self.redo.pop() {
-            self.undo.push(swap(document, next));
-        }
-        self.gesture = None;
-    }
-}
-
-fn swap(document: &mut Document, mut other: Document) -> Document {
-    other.view.placement = document.view.placement;
-    std::mem::replace(document, other)
 }

@@ -2,6 +2,10 @@
 
 pub mod command;
 pub mod document;
+pub mod edit;
+pub mod history;
 pub mod keys;
+pub mod pacing;
+pub mod placement;
 pub mod prefs;
 pub mod view;

@@ -1,0 +1,136 @@
+//! A live picture: what was asked of the renderer for it, and what came back.
+//!
+//! The only place that talks to [`mislab_renderer::Picture`].
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use mislab_renderer::{Frame, Pace, Picture, Request, Status};
+
+/// How long the old picture may stand unmarked after a change: shorter than one notices, longer
+/// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
+const GRACE: Duration = Duration::from_millis(120);
+
+/// One picture in progress.
+pub struct LivePicture {
+    /// `None` once the workers have been stopped.
+    picture: Option<Picture>,
+    submitted: Option<Request>,
+    generation: u64,
+    changed_at: Instant,
+    /// Held during a pass of the window only: the room of a frame that nobody holds goes to the next one.
+    frame: Option<Arc<Frame>>,
+    /// Generation of the frame on screen.
+    shown: Option<u64>,
+    pace: Pace,
+}
+
+impl LivePicture {
+    /// Nothing asked for yet.
+    pub fn new(picture: Picture) -> Self {
+        Self {
+            picture: Some(picture),
+            submitted: None,
+            generation: 0,
+            changed_at: Instant::now(),
+            frame: None,
+            shown: None,
+            pace: Pace::Full,
+        }
+    }
+
+    /// Hands over what should be rendered, if that has changed. Returns at once.
+    pub fn submit(&mut self, request: Request) {
+        let Some(picture) = &self.picture else { return };
+        let same = self.submitted.as_ref().is_some_and(|old| {
+            // A scene is compared by its numbers only if it is not the very same one.
+            old.settings == request.settings && (Arc::ptr_eq(&old.scene, &request.scene) || old.scene == request.scene)
+        });
+        if !same {
+            let before = self.generation;
+            self.generation = picture.submit(request.clone());
+            self.submitted = Some(request);
+            if self.generation != before {
+                self.changed_at = Instant::now();
+            }
+        }
+    }
+
+    /// Starts again from the first sample.
+    pub fn restart(&mut self) {
+        if let Some(picture) = &self.picture {
+            self.generation = picture.restart();
+            self.changed_at = Instant::now();
+        }
+    }
+
+    /// Sets the pace, if it is another.
+    pub fn set_pace(&mut self, pace: Pace) {
+        if let Some(picture) = &self.picture
+            && self.pace != pace
+        {
+            picture.set_pace(pace);
+            self.pace = pace;
+        }
+    }
+
+    /// One more pass while held.
+    pub fn step(&self) {
+        if let Some(picture) = &self.picture {
+            picture.step();
+        }
+    }
+
+    /// Takes the newest frame for a pass of the window, unless it holds one.
+    pub fn hold(&mut self) {
+        if self.frame.is_none() {
+            self.frame = self.picture.as_ref().and_then(Picture::latest);
+            self.shown = self.frame.as_ref().map(|frame| frame.generation());
+        }
+    }
+
+    /// Gives it back: the pass is over.
+    pub fn release(&mut self) {
+        self.frame = None;
+    }
+
+    /// The frame of this pass or, between passes, the newest one; perhaps of older settings.
+    pub fn frame(&self) -> Option<Arc<Frame>> {
+        self.frame.clone().or_else(|| self.picture.as_ref().and_then(Picture::latest))
+    }
+
+    /// The same, if it was made with the current settings.
+    pub fn current_frame(&self) -> Option<Arc<Frame>> {
+        self.frame().filter(|frame| frame.generation() == self.generation)
+    }
+
+    /// Generation of the frame on screen.
+    pub fn shown(&self) -> Option<u64> {
+        self.shown
+    }
+
+    /// Whether the frame on screen is of older settings.
+    pub fn is_behind(&self) -> bool {
+        self.shown.is_some_and(|generation| generation != self.generation)
+    }
+
+    /// How long until an old picture must be marked as one; `None` if there is nothing to mark.
+    pub fn marked_in(&self) -> Option<Duration> {
+        self.is_behind().then(|| GRACE.saturating_sub(self.changed_at.elapsed()))
+    }
+
+    /// What the renderer is doing.
+    pub fn status(&self) -> Option<Status> {
+        self.picture.as_ref().map(Picture::status)
+    }
+
+    /// Version of the settings last handed over.
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// Takes the picture away from the workers.
+    pub fn stop(&mut self) {
+        self.picture = None;
+    }
+}
