@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use mislab_renderer::{Frame, Layer, snapshot};
 
-use super::Failure;
+use super::failure::Failure;
 use crate::picture::still::render_to_rgba8;
 use crate::state::view::{ToneMap, ViewState};
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use mislab_renderer::table::{Table, TableOptions, TutorialRun, run_table};
 use mislab_renderer::{Frame, Settings};
 
-use super::Failure;
 use super::args::{HowArgs, TableArgs};
+use super::failure::Failure;
 use super::input::Input;
 use super::output::{self, PictureFile};
 use super::progress::Bar;
