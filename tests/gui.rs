@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use mislab::command::{Command, SppTarget};
-use mislab::document::Document;
-use mislab::prefs::{Prefs, SavePrefs};
-use mislab::view_state::ToneMap;
+use mislab::state::command::Command;
+use mislab::state::document::Document;
+use mislab::state::edit::{Edit, SppTarget};
+use mislab::state::prefs::{Prefs, SavePrefs};
+use mislab::state::view::ToneMap;
 use mislab::{AppOptions, MisLabApp};
 use mislab_renderer::State;
 use mislab_renderer::pbrt::DEFAULT_SCENE;
@@ -72,8 +73,8 @@ impl Lab {
     #[track_caller]
     fn settle(&mut self) {
         self.until("the finished picture", |lab| {
-            let target = lab.document().settings.sampling.spp.map_or(1, |n| n.get());
-            lab.app().engine().current_frame().is_some_and(|f| f.spp() >= target)
+            let target = lab.document().sampling.spp.map_or(1, |n| n.get());
+            lab.app().live().current_frame().is_some_and(|f| f.spp() >= target)
         });
         self.harness.step();
     }
@@ -133,9 +134,9 @@ impl Lab {
         self.folder.path().join(name)
     }
 
-    fn apply(&mut self, command: Command) {
+    fn apply(&mut self, command: impl Into<Command>) {
         let ctx = self.harness.ctx.clone();
-        self.harness.state_mut().apply(&ctx, command);
+        self.harness.state_mut().apply(&ctx, command.into());
         self.harness.step();
     }
 }
@@ -153,13 +154,13 @@ fn keys_and_buttons_choose_the_strategy() {
     let names = ["Light", "BSDF", "MIS, both", "MIS, one"];
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
         lab.key(Modifiers::NONE, [Key::Num1, Key::Num2, Key::Num3, Key::Num4][index]);
-        assert_eq!(lab.document().settings.estimator.strategy, strategy);
+        assert_eq!(lab.document().active().estimator.strategy, strategy);
         lab.settle();
         assert!(lab.has(&format!("Caption: {}", names[index])), "the caption names the strategy on screen");
     }
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
         lab.click(&format!("{} {}", index + 1, names[index]));
-        assert_eq!(lab.document().settings.estimator.strategy, strategy);
+        assert_eq!(lab.document().active().estimator.strategy, strategy);
     }
 }
 
@@ -171,7 +172,7 @@ fn the_formula_follows_the_settings() {
     lab.key(Modifiers::NONE, Key::Num4);
     lab.slide("c", 0.25);
     assert!(lab.has("0.25 p_L") && lab.has("0.75 p_B"), "the formula has the live c in it");
-    lab.apply(Command::SetWeights(OneSampleWeights::Tutorial));
+    lab.apply(Edit::SetWeights(OneSampleWeights::Tutorial));
     assert!(lab.has("w_L  =  (p_L) / (p_L + p_B)"), "the tutorial's weight leaves c out");
 }
 
@@ -180,11 +181,11 @@ fn c_matters_to_one_strategy_only() {
     let mut lab = Lab::new();
     lab.key(Modifiers::NONE, Key::Num4);
     lab.slide("c", 0.2);
-    assert_eq!(lab.document().settings.estimator.light_prob, 0.2);
+    assert_eq!(lab.document().active().estimator.light_prob, 0.2);
     lab.double_click(Role::Slider, "c");
-    assert_eq!(lab.document().settings.estimator.light_prob, 0.5, "a double click resets");
+    assert_eq!(lab.document().active().estimator.light_prob, 0.5, "a double click resets");
     lab.type_number("c value", 0.75);
-    assert_eq!(lab.document().settings.estimator.light_prob, 0.75);
+    assert_eq!(lab.document().active().estimator.light_prob, 0.75);
     lab.key(Modifiers::NONE, Key::Num3);
     let slider = lab.harness.get_by_role_and_label(Role::Slider, "c");
     assert!(slider.accesskit_node().is_disabled(), "c is of no use to mis_all");
@@ -200,19 +201,19 @@ fn weights_and_sampler() {
         ("Heuristic: Balance", Heuristic::Balance),
     ] {
         lab.click(label);
-        assert_eq!(lab.document().settings.estimator.heuristic, heuristic);
+        assert_eq!(lab.document().active().estimator.heuristic, heuristic);
     }
     lab.key(Modifiers::NONE, Key::Num4);
     lab.click("One-sample weights: Tutorial");
-    assert_eq!(lab.document().settings.estimator.weights, OneSampleWeights::Tutorial);
+    assert_eq!(lab.document().active().estimator.weights, OneSampleWeights::Tutorial);
     lab.click("Sampler: Sobol");
-    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Sobol);
+    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Sobol);
     lab.click("Sampler: Random");
-    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Independent);
+    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Independent);
     lab.click("Sampler: Stratified");
-    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Stratified);
+    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Stratified);
     lab.click("jitter");
-    assert!(!lab.document().settings.sampling.sampler.jitter);
+    assert!(!lab.document().sampling.sampler.jitter);
 }
 
 #[test]
@@ -220,46 +221,44 @@ fn the_target_and_the_seed() {
     let mut lab = Lab::new();
     lab.click("Samples per pixel");
     lab.click("36  =  6 \u{d7} 6");
-    assert_eq!(lab.document().settings.sampling.spp.map(|n| n.get()), Some(36));
-    assert_eq!(lab.document().settings.sampling.sampler.strata, [6, 6], "all strata are used");
+    assert_eq!(lab.document().sampling.spp.map(|n| n.get()), Some(36));
+    assert_eq!(lab.document().sampling.sampler.strata, [6, 6], "all strata are used");
     lab.settle();
     assert!(lab.has("36 / 36 spp"));
     lab.click("Samples per pixel");
     lab.click("endless");
-    assert_eq!(lab.document().settings.sampling.spp, None);
-    lab.until("more than the old target", |lab| lab.app().engine().current_frame().is_some_and(|f| f.spp() > 40));
+    assert_eq!(lab.document().sampling.spp, None);
+    lab.until("more than the old target", |lab| lab.app().live().current_frame().is_some_and(|f| f.spp() > 40));
 
-    lab.apply(Command::SetSpp(SppTarget::passes(2)));
+    lab.apply(Edit::SetSpp(SppTarget::passes(2)));
     lab.settle();
-    let before = lab.app().engine().generation();
+    let before = lab.app().live().generation();
     lab.type_number("Seed", 7.0);
-    assert_eq!(lab.document().settings.sampling.seed, 7);
-    assert!(lab.app().engine().generation() > before, "another seed is another picture");
+    assert_eq!(lab.document().sampling.seed, 7);
+    assert!(lab.app().live().generation() > before, "another seed is another picture");
     lab.click("next");
-    assert_eq!(lab.document().settings.sampling.seed, 8);
+    assert_eq!(lab.document().sampling.seed, 8);
 }
 
 #[test]
 fn the_pace() {
     let mut lab = Lab::new();
-    lab.apply(Command::SetSpp(SppTarget::Endless));
+    lab.apply(Edit::SetSpp(SppTarget::Endless));
     lab.key(Modifiers::NONE, Key::Space);
     assert!(lab.app().pacing().paused);
     // Not before the pass is over that was running.
     lab.until("the workers to hold", |lab| {
-        let (status, frame) = (lab.app().engine().status(), lab.app().engine().current_frame());
+        let (status, frame) = (lab.app().live().status(), lab.app().live().current_frame());
         status.zip(frame).is_some_and(|(status, frame)| status.state == State::Paused && status.spp == frame.spp())
     });
-    let held = lab.app().engine().current_frame().map(|f| f.spp());
+    let held = lab.app().live().current_frame().map(|f| f.spp());
     std::thread::sleep(Duration::from_millis(50));
     lab.harness.step();
-    assert_eq!(lab.app().engine().current_frame().map(|f| f.spp()), held, "paused is paused");
+    assert_eq!(lab.app().live().current_frame().map(|f| f.spp()), held, "paused is paused");
     lab.click("One pass");
-    lab.until("one more pass", |lab| lab.app().engine().current_frame().map(|f| f.spp()) == held.map(|n| n + 1));
+    lab.until("one more pass", |lab| lab.app().live().current_frame().map(|f| f.spp()) == held.map(|n| n + 1));
     lab.click("Restart");
-    lab.until("the first pass of the new start", |lab| {
-        lab.app().engine().current_frame().is_some_and(|f| f.spp() == 1)
-    });
+    lab.until("the first pass of the new start", |lab| lab.app().live().current_frame().is_some_and(|f| f.spp() == 1));
     lab.click("Go on");
     assert!(!lab.app().pacing().paused);
     lab.click("Pace: Slowly");
@@ -307,17 +306,17 @@ fn plates_and_lights() {
 fn layers_and_their_legends() {
     let mut lab = Lab::new();
     for layer in Layer::ALL {
-        let name = mislab::view_state::layer_name(layer);
+        let name = mislab::look::layer::LayerLook::of(layer).name;
         lab.click(&format!("Layer: {name}"));
-        assert_eq!(lab.document().view.layer, layer);
+        assert_eq!(lab.document().active().layer, layer);
         assert!(lab.has(&format!("Legend: {name}")), "a legend for {name}");
     }
     lab.key(Modifiers::NONE, Key::V);
-    assert_eq!(lab.document().view.layer, Layer::Picture, "after the last the first");
-    let generation = lab.app().engine().generation();
+    assert_eq!(lab.document().active().layer, Layer::Picture, "after the last the first");
+    let generation = lab.app().live().generation();
     lab.key(Modifiers::SHIFT, Key::V);
-    assert_eq!(lab.document().view.layer, Layer::Variance);
-    assert_eq!(lab.app().engine().generation(), generation, "the view never reaches the renderer");
+    assert_eq!(lab.document().active().layer, Layer::Variance);
+    assert_eq!(lab.app().live().generation(), generation, "the view never reaches the renderer");
     lab.slide("from 10^", -8.0);
     assert_eq!(lab.document().view.variance_range[0], -8.0);
 }
@@ -401,14 +400,14 @@ fn an_old_picture_is_never_passed_off_as_the_new_one() {
     for key in [Key::Num1, Key::Num2, Key::Num3] {
         lab.harness.key_press(key);
         for _ in 0..4 {
-            strategies.insert(lab.app().engine().generation(), lab.document().settings.estimator.strategy);
+            strategies.insert(lab.app().live().generation(), lab.document().active().estimator.strategy);
             lab.harness.step();
-            strategies.insert(lab.app().engine().generation(), lab.document().settings.estimator.strategy);
-            let shown = strategies[&lab.app().engine().shown().expect("there is a picture")];
+            strategies.insert(lab.app().live().generation(), lab.document().active().estimator.strategy);
+            let shown = strategies[&lab.app().live().shown().expect("there is a picture")];
             let name =
                 ["Light", "BSDF", "MIS, both", "MIS, one"][Strategy::ALL.iter().position(|s| *s == shown).unwrap()];
             assert!(lab.has(&format!("Caption: {name}")), "the caption is about the picture on screen");
-            assert_eq!(lab.app().engine().is_behind(), lab.has("previous settings"), "an old picture says so");
+            assert_eq!(lab.app().live().is_behind(), lab.has("previous settings"), "an old picture says so");
         }
     }
 }
@@ -419,28 +418,29 @@ fn snapshots_restore_everything() {
     lab.key(Modifiers::NONE, Key::Num4);
     lab.slide("c", 0.3);
     lab.slide("plate2", 0.15);
-    lab.apply(Command::SetLayer(Layer::ShareLight));
-    lab.apply(Command::SetExposure(1.5));
+    lab.apply(Edit::SetLayer(Layer::ShareLight));
+    lab.apply(Edit::SetExposure(1.5));
     lab.click("PNG of the view");
     lab.settle();
     let saved = lab.document().clone();
-    let pixels = lab.app().engine().current_frame().expect("settled").channel(mislab_renderer::Channel::R);
+    let pixels = lab.app().live().current_frame().expect("settled").channel(mislab_renderer::Channel::R);
     lab.key(Modifiers::COMMAND, Key::S);
     lab.until("the file", |lab| lab.has("Saved veach_mis.exr"));
     assert!(lab.file("veach_mis.exr").exists() && lab.file("veach_mis.png").exists());
     lab.click("Save snapshot");
     lab.until("the second file", |lab| lab.file("veach_mis_2.exr").exists());
 
-    lab.apply(Command::OpenShipped(mislab::command::Shipped::VeachPlastic));
-    lab.apply(Command::SetSpp(SppTarget::passes(1)));
+    lab.apply(Command::OpenShipped(mislab::state::command::Shipped::VeachPlastic));
+    lab.apply(Edit::SetSpp(SppTarget::passes(1)));
     lab.apply(Command::OpenPath(lab.file("veach_mis.exr")));
     lab.until("the snapshot", |lab| lab.document().opened.path == Some(lab.file("veach_mis.exr")));
-    assert_eq!(lab.document().settings, saved.settings);
+    assert_eq!(lab.document().slots(), saved.slots());
+    assert_eq!((lab.document().sampling, lab.document().image), (saved.sampling, saved.image));
     assert_eq!(lab.document().scene, saved.scene);
-    assert_eq!(lab.document().view.layer, Layer::ShareLight);
+    assert_eq!(lab.document().active().layer, Layer::ShareLight);
     assert_eq!(lab.document().view.exposure_ev, 1.5);
     lab.settle();
-    let again = lab.app().engine().current_frame().expect("settled").channel(mislab_renderer::Channel::R);
+    let again = lab.app().live().current_frame().expect("settled").channel(mislab_renderer::Channel::R);
     assert!(pixels.iter().zip(&again).all(|(a, b)| a.to_bits() == b.to_bits()), "the same bits again");
 }
 
@@ -454,7 +454,7 @@ fn a_bad_file_leaves_the_picture() {
     lab.until("the error", |lab| lab.has("bad.pbrt was not opened"));
     assert!(lab.has("bad.pbrt:"), "the message has the place");
     assert_eq!(*lab.document(), before);
-    assert!(lab.app().engine().current_frame().is_some(), "the picture stays");
+    assert!(lab.app().live().current_frame().is_some(), "the picture stays");
 
     let good = lab.file("good.pbrt");
     let text = small_scene().replace("WorldBegin", "WorldBegin\nTwiddle 1\n");
@@ -483,7 +483,7 @@ fn a_path_can_be_typed() {
     lab.harness.key_press(Key::Enter);
     lab.until("the file", |lab| lab.document().opened.path.as_deref() == Some(other.as_path()));
     assert_eq!(
-        lab.document().settings.estimator.strategy,
+        lab.document().active().estimator.strategy,
         Strategy::MisAll,
         "digits of the path are not keys of strategies"
     );
@@ -562,8 +562,8 @@ fn the_mouse_on_the_picture() {
         .light_shapes()
         .max_by(|a, b| Document::radius(&scene, *a).partial_cmp(&Document::radius(&scene, *b)).expect("numbers"))
         .expect("the scene has lights");
-    let projector = mislab::picking::Projector::new(&scene, [60, 60]);
-    let [min, max] = projector.bounds(&scene, mislab::picking::Target::Light(large)).expect("in front of the camera");
+    let finder = mislab::picture::picking::Finder::new(&scene, [60, 60]);
+    let [min, max] = finder.bounds(mislab::picture::picking::Target::Light(large)).expect("in front of the camera");
     let rim = on_screen(max[0] / 60.0, 0.5 * (min[1] + max[1]) / 60.0);
     let button = |pos, pressed| egui::Event::PointerButton {
         pos,
@@ -584,7 +584,7 @@ fn the_mouse_on_the_picture() {
     let radius = |lab: &Lab| Document::radius(&lab.document().scene, large).expect("a sphere");
     let original = Document::radius(&scene, large).expect("a sphere");
     assert!(radius(&lab) < 0.9 * original, "{} from {original}", radius(&lab));
-    assert_eq!(lab.document().view.placement, mislab::view_state::Placement::Fit, "the picture has not moved");
+    assert_eq!(lab.document().view.placement, mislab::state::placement::Placement::Fit, "the picture has not moved");
     lab.key(Modifiers::COMMAND, Key::Z);
     assert_eq!(radius(&lab), original);
 }
@@ -634,18 +634,18 @@ fn the_palette_finds_commands() {
     lab.harness.step();
     lab.harness.key_press(Key::Enter);
     lab.harness.run_steps(2);
-    assert_eq!(lab.document().settings.sampling.sampler.kind, SamplerKind::Sobol);
+    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Sobol);
     assert!(lab.harness.query_by_label("Command").is_none(), "done is gone");
 }
 
 #[test]
 fn bias_is_said_in_words() {
     let mut lab = Lab::new();
-    lab.apply(Command::SetStrategy(Strategy::Mis));
-    lab.apply(Command::SetWeights(OneSampleWeights::Tutorial));
+    lab.apply(Edit::SetStrategy(Strategy::Mis));
+    lab.apply(Edit::SetWeights(OneSampleWeights::Tutorial));
     lab.settle();
     assert!(!lab.has("biased"));
-    lab.apply(Command::SetLightProb(1.0));
+    lab.apply(Edit::SetLightProb(1.0));
     lab.settle();
     assert!(lab.has("biased"), "in the caption");
 }

@@ -6,11 +6,16 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Pos2, Rect, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
-use mislab::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
-use mislab::film_texture::Planes;
-use mislab::tone::{filmic, srgb_encode, surround, tone_map};
-use mislab::view_state::{Geometry, Placement, ToneMap, ViewState};
-use mislab::viewport::{Viewport, ViewportResponse, legend_overlay, planes_to_rgba8, render_to_rgba8};
+use mislab::look::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
+use mislab::picture::film_texture::FilmPipeline;
+use mislab::picture::legend::legend_overlay;
+use mislab::picture::normalise::normalise;
+use mislab::picture::planes::Planes;
+use mislab::picture::still::{planes_to_rgba8, render_to_rgba8};
+use mislab::picture::tone::{filmic, srgb_encode, surround, tone_map};
+use mislab::picture::viewport::{Shown, Viewport, ViewportResponse};
+use mislab::state::placement::{Geometry, Placement};
+use mislab::state::view::{StoredView, ToneMap, ViewState};
 use mislab_renderer::{ImageSettings, Layer, PixelRect, Request, Sampling, Settings};
 
 const SIZE: [u32; 2] = [96, 64];
@@ -20,6 +25,7 @@ struct App {
     gpu: Viewport,
     cpu: Viewport,
     on_gpu: bool,
+    layer: Layer,
     view: ViewState,
     planes: Option<Arc<Planes>>,
     stale: bool,
@@ -30,12 +36,12 @@ struct App {
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        let Self { gpu, cpu, on_gpu, view, planes, stale, dark, legend, last } = self;
+        let Self { gpu, cpu, on_gpu, layer, view, planes, stale, dark, legend, last } = self;
         ui.ctx().set_theme(if *dark { egui::Theme::Dark } else { egui::Theme::Light });
         let viewport = if *on_gpu { gpu } else { cpu };
-        let shown = viewport.planes_ui(ui, view, planes.as_ref(), *stale, *dark);
+        let shown = viewport.ui(ui, view, Shown { layer: *layer, planes: planes.as_ref(), stale: *stale });
         if *legend {
-            legend_overlay(ui, shown.response.rect, view, *dark);
+            legend_overlay(ui, shown.response.rect, *layer, view);
         }
         *last = Some(shown);
     }
@@ -44,10 +50,11 @@ impl eframe::App for App {
 impl App {
     fn new(render_state: Option<&eframe::egui_wgpu::RenderState>, layer: Layer) -> Self {
         Self {
-            gpu: Viewport::new(render_state),
+            gpu: Viewport::new(render_state.and_then(FilmPipeline::new)),
             cpu: Viewport::new(None),
             on_gpu: render_state.is_some(),
-            view: ViewState { layer, ..ViewState::default() },
+            layer,
+            view: ViewState::default(),
             planes: Some(Arc::new(synthetic(layer))),
             stale: false,
             dark: true,
@@ -57,7 +64,7 @@ impl App {
     }
 
     fn show(&mut self, layer: Layer) {
-        self.view.layer = layer;
+        self.layer = layer;
         self.planes = Some(Arc::new(synthetic(layer)));
     }
 
@@ -155,7 +162,7 @@ fn shader_and_cpu_show_the_same_of_every_layer_and_tone_map() {
             for map in ToneMap::ALL {
                 harness.state_mut().view.tone_map = map;
                 assert_agree(&mut harness, &format!("{layer:?}, {map:?}, dark {dark}"));
-                if !mislab::view_state::is_colour(layer) {
+                if !mislab::look::layer::LayerLook::of(layer).is_colour() {
                     break;
                 }
             }
@@ -191,7 +198,8 @@ fn shader_and_cpu_agree_on_exposure_range_zoom_crop_and_stale() {
     let whole = synthetic(Layer::ShareLight);
     let data = whole.channels().flatten().copied().collect();
     harness.state_mut().planes = Some(Arc::new(Planes::new(Layer::ShareLight, bounds, [300, 200], data)));
-    harness.state_mut().view = ViewState { layer: Layer::ShareLight, ..ViewState::default() };
+    harness.state_mut().layer = Layer::ShareLight;
+    harness.state_mut().view = ViewState::default();
     assert_agree(&mut harness, "crop window");
 }
 
@@ -201,7 +209,7 @@ fn at_100_percent_the_screen_holds_the_picture_pixel_by_pixel() {
     for pixels_per_point in [1.0, 1.5, 2.0] {
         let mut harness = drawn([121.0, 90.0], pixels_per_point);
         let geometry = harness.state().geometry();
-        harness.state_mut().view.actual_size(&geometry);
+        harness.state_mut().view.placement.actual_size(&geometry);
         harness.run();
         let geometry = harness.state().geometry();
         assert_eq!(geometry.zoom_percent(), 100.0);
@@ -234,7 +242,7 @@ fn a_picture_beyond_the_largest_texture_is_shown_all_the_same() {
     let bounds = PixelRect { min: [0, 0], max: [20_000, 2] };
     let data = (0..bounds.area()).map(|i| (i % 20_000) as f32 / 20_000.0).collect();
     let state = harness.state_mut();
-    state.view.layer = Layer::ShareLight;
+    state.layer = Layer::ShareLight;
     state.view.placement = Placement::Free { scale: 32.0, centre: [19_999.0, 1.0] };
     state.planes = Some(Arc::new(Planes::new(Layer::ShareLight, bounds, bounds.max, data)));
     harness.run();
@@ -290,7 +298,7 @@ fn full_weights_have_the_colour_of_their_technique() {
     let shown = |layer: Layer, value: f32| {
         let bounds = PixelRect { min: [0, 0], max: [1, 1] };
         let planes = Planes::new(layer, bounds, [1, 1], vec![value]);
-        let (_, _, rgba) = planes_to_rgba8(&planes, &ViewState { layer, ..ViewState::default() }, true);
+        let (_, _, rgba) = planes_to_rgba8(&planes, &ViewState::default(), true);
         [rgba[0], rgba[1], rgba[2]]
     };
     assert_eq!(shown(Layer::WeightLight, 1.0), LIGHT_TECHNIQUE);
@@ -305,7 +313,7 @@ fn what_cannot_be_is_red_and_nothing_else_is() {
     let red = |layer: Layer, values: Vec<f32>| {
         let bounds = PixelRect { min: [0, 0], max: [1, 1] };
         let planes = Planes::new(layer, bounds, [1, 1], values);
-        let (_, _, rgba) = planes_to_rgba8(&planes, &ViewState { layer, ..ViewState::default() }, false);
+        let (_, _, rgba) = planes_to_rgba8(&planes, &ViewState::default(), false);
         rgba[..3] == [255, 0, 0]
     };
     for bad in [f32::NAN, f32::INFINITY, -0.1] {
@@ -341,7 +349,7 @@ fn zoom_keeps_what_is_under_the_pointer() {
         // Many small steps in and out again, as a wheel makes them.
         for step in 0..200 {
             let now = geometry(view.placement, pixels_per_point);
-            view.zoom_about(&now, pointer, if step < 100 { 1.05 } else { 1.0 / 1.04 });
+            view.placement.zoom_about(&now, pointer, if step < 100 { 1.05 } else { 1.0 / 1.04 });
             let now = geometry(view.placement, pixels_per_point);
             let error = (now.to_screen(under) - pointer).length() * pixels_per_point;
             // The picture's corner is rounded to a whole pixel on either axis.
@@ -353,17 +361,17 @@ fn zoom_keeps_what_is_under_the_pointer() {
 #[test]
 fn zoom_and_pan_stop_at_their_limits() {
     let mut view = ViewState::default();
-    for (factor, limit) in [(1e9, ViewState::MAX_SCALE), (1e-9, ViewState::MIN_SCALE)] {
+    for (factor, limit) in [(1e9, Placement::MAX_SCALE), (1e-9, Placement::MIN_SCALE)] {
         let now = geometry(view.placement, 1.0);
-        view.zoom_about(&now, pos2(300.0, 300.0), factor);
+        view.placement.zoom_about(&now, pos2(300.0, 300.0), factor);
         assert_eq!(geometry(view.placement, 1.0).scale, limit);
     }
-    view.pan_by(&geometry(view.placement, 1.0), vec2(1e7, -1e7));
+    view.placement.pan_by(&geometry(view.placement, 1.0), vec2(1e7, -1e7));
     let now = geometry(view.placement, 1.0);
     assert!(now.viewport.expand(2.0).intersects(now.picture_rect()), "the picture is lost at {:?}", now.picture_rect());
     let before = view.clone();
     for factor in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        view.zoom_about(&now, Pos2::ZERO, factor);
+        view.placement.zoom_about(&now, Pos2::ZERO, factor);
     }
     assert_eq!(view, before, "a factor that is none changes nothing");
 }
@@ -417,7 +425,7 @@ fn outside_the_crop_window_is_surround_and_no_pixel() {
     let bounds = PixelRect { min: [50, 0], max: [100, 100] };
     let planes = Planes::new(Layer::ShareLight, bounds, [200, 100], vec![1.0; bounds.area()]);
     harness.state_mut().planes = Some(Arc::new(planes));
-    harness.state_mut().view.layer = Layer::ShareLight;
+    harness.state_mut().layer = Layer::ShareLight;
     for (at, inside) in [(pos2(20.5, 50.5), false), (pos2(70.5, 50.5), true), (pos2(120.5, 50.5), false)] {
         harness.hover_at(at);
         harness.run();
@@ -485,30 +493,31 @@ fn normalise_sets_the_range_by_the_data() {
     let mut data: Vec<f32> = (0..300).map(|i| if i % 100 < 98 { 4.0 } else { 900.0 }).collect();
     data[99] = f32::NAN;
     data[199] = f32::INFINITY;
-    view.normalise_to(&Planes::new(Layer::Picture, bounds, [100, 1], data));
+    normalise(&mut view, &Planes::new(Layer::Picture, bounds, [100, 1], data));
     assert_eq!((view.exposure_ev, view.offset), (-2.0, 0.0));
 
-    view.layer = Layer::Variance;
     let data = (0..100).map(|i| 10_f32.powf(-3.5 + 5.0 * i as f32 / 99.0)).collect();
-    view.normalise_to(&Planes::new(Layer::Variance, bounds, [100, 1], data));
+    normalise(&mut view, &Planes::new(Layer::Variance, bounds, [100, 1], data));
     assert_eq!(view.variance_range, [-4.0, 2.0]);
-    view.normalise_to(&Planes::new(Layer::Variance, bounds, [100, 1], vec![f32::NAN; 100]));
+    normalise(&mut view, &Planes::new(Layer::Variance, bounds, [100, 1], vec![f32::NAN; 100]));
     assert_eq!(view.variance_range, [-4.0, 2.0], "nothing to go by");
 }
 
 #[test]
 fn view_state_survives_storage_and_refuses_what_it_does_not_know() {
     let view = ViewState {
-        layer: Layer::WeightBsdf,
         exposure_ev: -1.25,
         tone_map: ToneMap::Filmic,
         placement: Placement::Free { scale: 3.0, centre: [1.5, 2.5] },
         ..ViewState::default()
     };
+    let view = StoredView { layer: Layer::WeightBsdf, view };
     let json = serde_json::to_string(&view).expect("it can be written");
-    assert_eq!(serde_json::from_str::<ViewState>(&json).expect("it can be read"), view);
-    assert_eq!(serde_json::from_str::<ViewState>("{}").expect("missing fields are defaults"), ViewState::default());
-    let error = serde_json::from_str::<ViewState>(r#"{"layer":"depth"}"#).expect_err("there is no such layer");
+    let flat = r#"{"layer":"w_bsdf","exposure_ev":-1.25,"offset":0.0,"tone_map":"filmic","variance_range":[-4.0,2.0],"#;
+    assert!(json.starts_with(flat), "the keys of older snapshots: {json}");
+    assert_eq!(serde_json::from_str::<StoredView>(&json).expect("it can be read"), view);
+    assert_eq!(serde_json::from_str::<StoredView>("{}").expect("missing fields are defaults"), StoredView::default());
+    let error = serde_json::from_str::<StoredView>(r#"{"layer":"depth"}"#).expect_err("there is no such layer");
     assert!(error.to_string().contains("layer \"depth\", expected one of picture, light"), "{error}");
 }
 
@@ -542,8 +551,7 @@ fn a_frame_of_the_renderer_is_shown_layer_by_layer() {
                 let same = plane.iter().zip(frame.channel(*channel)).all(|(a, b)| a.to_bits() == b.to_bits());
                 assert!(same, "{channel:?} of the frame is not that on screen");
             }
-            let view = ViewState { layer, ..ViewState::default() };
-            let (w, h, pixels) = render_to_rgba8(&frame, &view, true);
+            let (w, h, pixels) = render_to_rgba8(&frame, layer, &ViewState::default(), true);
             assert_eq!((w, h, pixels.len()), (bounds.width(), bounds.height(), 4 * bounds.area()));
             assert!(!pixels.chunks_exact(4).any(|p| p == [255, 0, 0, 255]), "{layer:?} has numbers that cannot be");
         }

@@ -1,46 +1,33 @@
-//! The window: its state, what every command does to it, and how it is kept.
+//! The window as a program: how it starts, what every command does, and what happens in each pass.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::egui::{self, Context, ViewportCommand};
-use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup};
+use eframe::egui_wgpu::RenderState;
 use mislab_renderer::Pace;
 
-use crate::command::Command;
-use crate::document::{Document, History, Opened};
-use crate::engine::Engine;
-use crate::files::{FileEvent, Files, SaveJob, read, shipped};
-use crate::panel::messages::{Notice, OpenError, remark};
+use crate::files::FileEvent;
+use crate::files::opening::{read, shipped};
+use crate::files::saving::SaveJob;
+use crate::lab::Lab;
+use crate::layout::{FULL_WIDTH, window_ui};
+use crate::look::theme;
+use crate::panel::messages::OpenError;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
-use crate::panel::table::TablePanel;
-use crate::picking::Target;
-use crate::prefs::Prefs;
-use crate::swatch::Swatches;
-use crate::theme::{self, TypeScale};
-use crate::view_state::Geometry;
-use crate::viewport::{Viewport, render_to_rgba8};
-
-/// Why there is no window.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoWindow {
-    /// One sentence for the terminal.
-    pub reason: String,
-}
-
-/// How fast the live picture goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pacing {
-    /// Held.
-    pub paused: bool,
-    /// Passes per second; `None` is full speed.
-    pub rate: Option<f32>,
-    /// The last rate there was, to come back to.
-    pub last_rate: f32,
-}
+use crate::picture::live::LivePicture;
+use crate::picture::normalise::normalise;
+use crate::picture::pixel::Pixel;
+use crate::picture::planes::Planes;
+use crate::picture::still::render_to_rgba8;
+use crate::state::command::{Command, Shipped};
+use crate::state::document::{Document, Opened};
+use crate::state::history::EditKey;
+use crate::state::keys;
+use crate::state::pacing::Pacing;
+use crate::state::prefs::Prefs;
+use crate::state::view::StoredView;
 
 /// How the app is started.
 #[derive(Clone, Debug, Default)]
@@ -54,31 +41,11 @@ pub struct AppOptions {
 }
 
 /// What the graphics driver reported, from whatever thread.
-pub(crate) type GpuTrouble = Arc<Mutex<Option<String>>>;
+type GpuTrouble = Arc<Mutex<Option<String>>>;
 
 /// The app.
 pub struct MisLabApp {
-    pub(crate) document: Document,
-    pub(crate) history: History,
-    pub(crate) engine: Engine,
-    pub(crate) pacing: Pacing,
-    pub(crate) viewport: Viewport,
-    pub(crate) geometry: Option<Geometry>,
-    pub(crate) pixel: Option<[u32; 2]>,
-    pub(crate) hovered_in_panel: Option<Target>,
-    pub(crate) hovered_in_picture: Option<Target>,
-    pub(crate) dragged_light: Option<usize>,
-    pub(crate) swatches: Swatches,
-    pub(crate) files: Files,
-    pub(crate) prefs: Prefs,
-    pub(crate) table: TablePanel,
-    pub(crate) palette: Option<Palette>,
-    pub(crate) open_sheet: Option<OpenSheet>,
-    pub(crate) help: bool,
-    pub(crate) open_error: Option<OpenError>,
-    pub(crate) save_error: Option<String>,
-    pub(crate) gpu_error: Option<String>,
-    pub(crate) notices: Vec<Notice>,
+    lab: Lab,
     gpu_trouble: GpuTrouble,
     title: String,
 }
@@ -101,11 +68,11 @@ impl MisLabApp {
             }
             Err(error) => {
                 open_error = Some(OpenError { path, message: error.to_string() });
-                shipped(crate::command::Shipped::Veach)
+                shipped(Shipped::Veach)
             }
         });
         let from_command_line = opened.is_some();
-        let opened = opened.unwrap_or_else(|| shipped(crate::command::Shipped::Veach));
+        let opened = opened.unwrap_or_else(|| shipped(Shipped::Veach));
         if from_command_line || prefs.save.stem.is_empty() {
             prefs.save.stem.clone_from(&opened.snapshot_stem);
         }
@@ -114,286 +81,259 @@ impl MisLabApp {
         ctx.options_mut(|o| o.zoom_with_keyboard = false);
         ctx.set_theme(prefs.theme);
         ctx.set_zoom_factor(prefs.zoom);
+        let mut lab = Lab::new(ctx, Document::new(opened), prefs, options.threads);
+        lab.messages.open_error = open_error;
         let gpu_trouble = GpuTrouble::default();
         if let Some(state) = &cc.wgpu_render_state {
             watch_gpu(state, &gpu_trouble, ctx);
+            lab.draw_on(state);
         }
-        let app = Self {
-            document: Document::new(opened),
-            history: History::default(),
-            engine: Engine::new(ctx, options.threads),
-            pacing: Pacing { paused: false, rate: None, last_rate: 2.0 },
-            viewport: Viewport::new(cc.wgpu_render_state.as_ref()),
-            geometry: None,
-            pixel: None,
-            hovered_in_panel: None,
-            hovered_in_picture: None,
-            dragged_light: None,
-            swatches: Swatches::default(),
-            files: Files::new(ctx),
-            prefs,
-            table: TablePanel::default(),
-            palette: None,
-            open_sheet: None,
-            help: false,
-            open_error,
-            save_error: None,
-            gpu_error: None,
-            notices: Vec::new(),
-            gpu_trouble,
-            title: String::new(),
-        };
+        let app = Self { lab, gpu_trouble, title: String::new() };
         app.install_look(ctx);
         app
     }
 
-    /// What is edited: for tests and the command line.
+    /// What is edited: for tests.
     pub fn document(&self) -> &Document {
-        &self.document
+        &self.lab.document
     }
 
-    /// The live picture: for tests.
-    pub fn engine(&self) -> &Engine {
-        &self.engine
+    /// The live picture that controls are about: for tests.
+    pub fn live(&self) -> &LivePicture {
+        self.lab.live()
     }
 
     /// How fast it goes: for tests.
     pub fn pacing(&self) -> Pacing {
-        self.pacing
+        self.lab.pacing
     }
 
     /// What is kept between runs: for tests.
     pub fn prefs(&self) -> &Prefs {
-        &self.prefs
+        &self.lab.prefs
     }
 
     fn install_look(&self, ctx: &Context) {
-        theme::install(ctx, self.scale(), self.prefs.reduce_motion);
-    }
-
-    /// The size of type: larger in the projector view.
-    pub(crate) fn scale(&self) -> TypeScale {
-        if self.prefs.panels { TypeScale::Desk } else { TypeScale::Hall }
+        theme::install(ctx, self.lab.scale(), self.lab.prefs.reduce_motion);
     }
 
     /// Carries out one command.
     pub fn apply(&mut self, ctx: &Context, command: Command) {
-        let before = self.document.clone();
-        self.act(ctx, &command);
-        command.edit(&mut self.document);
-        if let Some(key) = command.edit_key()
-            && self.document != before
-        {
-            self.history.record(before, key);
-        }
-    }
-
-    fn act(&mut self, ctx: &Context, command: &Command) {
+        let Lab { document, history, pacing, prefs, engine, files, sheets, .. } = &mut self.lab;
         match command {
-            Command::Fit => self.document.view.fit(),
+            Command::Edit(edit) => {
+                self.change(edit.key(), |document| edit.apply(document));
+            }
+            Command::Normalise => self.normalise(),
+            Command::Fit => document.view.placement.fit(),
             Command::ActualSize => {
-                if let Some(geometry) = &self.geometry {
-                    self.document.view.actual_size(geometry);
+                if let Some(geometry) = self.lab.pane().geometry() {
+                    self.lab.document.view.placement.actual_size(&geometry);
                 }
             }
-            Command::Normalise => {
-                if let Some(frame) = self.engine.frame() {
-                    let before = self.document.clone();
-                    self.document.view.normalise(&frame);
-                    if self.document != before {
-                        self.history.record(before, crate::document::EditKey("normalise", 0));
-                        self.history.end_gesture();
-                    }
-                }
-            }
-            Command::TogglePause => self.pacing.paused = !self.pacing.paused,
+            Command::TogglePause => pacing.paused = !pacing.paused,
             Command::Step => {
-                self.pacing.paused = true;
-                self.engine.set_pace(Pace::Paused);
-                self.engine.step();
+                pacing.paused = true;
+                engine.set_pace(Pace::Paused);
+                engine.pictures().iter().for_each(LivePicture::step);
             }
-            Command::SetRate(rate) => {
-                self.pacing.rate = *rate;
-                self.pacing.last_rate = rate.unwrap_or(self.pacing.last_rate);
-                self.pacing.paused = false;
-            }
-            Command::Restart => self.engine.restart(),
-            Command::Undo => self.history.undo(&mut self.document),
-            Command::Redo => self.history.redo(&mut self.document),
+            Command::SetRate(rate) => pacing.set_rate(rate),
+            Command::Restart => engine.pictures_mut().iter_mut().for_each(LivePicture::restart),
+            Command::Undo => history.undo(document),
+            Command::Redo => history.redo(document),
             Command::Open => {
-                let folder = self.document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into);
-                self.files.pick(folder);
+                let folder = document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into);
+                files.pick(folder);
             }
-            Command::OpenTyped => self.open_sheet = Some(OpenSheet::default()),
-            Command::OpenPath(path) => self.files.open(path.clone()),
-            Command::OpenShipped(which) => self.take_over(shipped(*which)),
+            Command::OpenTyped => sheets.open = Some(OpenSheet::default()),
+            Command::OpenPath(path) => files.open(path),
+            Command::OpenShipped(which) => self.take_over(shipped(which)),
             Command::Save => self.save(ctx),
-            Command::ChooseFolder => self.files.pick_folder(self.prefs.save.folder.clone()),
-            Command::CopyPicture => {
-                if let Some(frame) = self.engine.frame() {
-                    let (w, h, rgba) = render_to_rgba8(&frame, &self.document.view, ctx.theme() == egui::Theme::Dark);
-                    ctx.copy_image(egui::ColorImage::from_rgba_unmultiplied([w as usize, h as usize], &rgba));
-                    self.say("The picture is on the clipboard.");
-                }
-            }
-            Command::CopyValues => {
-                if let (Some(frame), Some(pixel)) = (self.engine.frame(), self.pixel) {
-                    ctx.copy_text(crate::panel::caption::pixel_table(&frame, pixel));
-                    self.say("The values of the pixel are on the clipboard.");
-                }
-            }
+            Command::ChooseFolder => files.pick_folder(prefs.save.folder.clone()),
+            Command::CopyPicture => self.copy_picture(ctx),
+            Command::CopyValues => self.copy_values(ctx),
             Command::TogglePanels => {
-                self.prefs.panels = !self.prefs.panels;
+                prefs.panels = !prefs.panels;
                 self.install_look(ctx);
             }
+            Command::ToggleInspector => prefs.inspector = !prefs.inspector,
             Command::ToggleMotion => {
-                self.prefs.reduce_motion = !self.prefs.reduce_motion;
+                prefs.reduce_motion = !prefs.reduce_motion;
                 self.install_look(ctx);
             }
-            Command::ToggleInspector => self.prefs.inspector = !self.prefs.inspector,
             Command::ToggleFullScreen => {
                 let full = ctx.input(|i| i.viewport().fullscreen.unwrap_or(false));
                 ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!full));
             }
             Command::SetTheme(theme) => {
-                self.prefs.theme = *theme;
-                ctx.set_theme(*theme);
+                prefs.theme = theme;
+                ctx.set_theme(theme);
             }
-            Command::ZoomInterface(factor) => {
-                let zoom = factor.map_or(1.0, |f| self.prefs.zoom * f);
-                // Steps of a twentieth: what comes back from five steps up and five down is 1.
-                let zoom = (zoom * 20.0).round() / 20.0;
-                self.prefs.zoom = zoom.clamp(*Prefs::ZOOM.start(), *Prefs::ZOOM.end());
-                let room = self.zoom_room(ctx);
-                if self.prefs.zoom > room {
-                    self.prefs.zoom = room;
-                    self.say("No room for larger panels. Ctrl+B hides them: the projector view.");
-                }
-            }
-            Command::ToggleHelp => self.help = !self.help,
+            Command::ZoomInterface(factor) => self.zoom_interface(ctx, factor),
+            Command::ToggleHelp => sheets.help = !sheets.help,
             Command::TogglePalette => {
-                self.palette = if self.palette.is_none() { Some(Palette::default()) } else { None };
+                sheets.palette = if sheets.palette.is_none() { Some(Palette::default()) } else { None };
             }
-            Command::ToggleTable => self.table.open = !self.table.open,
-            _ => {}
+            Command::ToggleTable => sheets.table.open = !sheets.table.open,
+        }
+        self.lab.match_slots();
+    }
+
+    /// Changes the document; remembers how it was if that made a difference, and says whether it did.
+    fn change(&mut self, key: EditKey, change: impl FnOnce(&mut Document)) -> bool {
+        let before = self.lab.document.clone();
+        change(&mut self.lab.document);
+        let changed = self.lab.document != before;
+        if changed {
+            self.lab.history.record(before, key);
+        }
+        changed
+    }
+
+    /// Sets exposure or range from the picture that controls are about.
+    fn normalise(&mut self) {
+        let Some(frame) = self.lab.live().frame() else { return };
+        let planes = Planes::from_frame(&frame, self.lab.document.active().layer);
+        if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
+            self.lab.history.end_gesture();
+        }
+    }
+
+    fn copy_picture(&mut self, ctx: &Context) {
+        let Some(frame) = self.lab.live().frame() else { return };
+        let document = &self.lab.document;
+        let dark = ctx.theme() == egui::Theme::Dark;
+        let (w, h, rgba) = render_to_rgba8(&frame, document.active().layer, &document.view, dark);
+        ctx.copy_image(egui::ColorImage::from_rgba_unmultiplied([w as usize, h as usize], &rgba));
+        self.lab.messages.say("The picture is on the clipboard.");
+    }
+
+    fn copy_values(&mut self, ctx: &Context) {
+        let (Some(frame), Some(at)) = (self.lab.live().frame(), self.lab.pane().pixel()) else { return };
+        ctx.copy_text(Pixel { frame: &frame, at }.table());
+        self.lab.messages.say("The values of the pixel are on the clipboard.");
+    }
+
+    fn zoom_interface(&mut self, ctx: &Context, factor: Option<f32>) {
+        let room = self.zoom_room(ctx);
+        let Lab { prefs, messages, .. } = &mut self.lab;
+        let zoom = factor.map_or(1.0, |f| prefs.zoom * f);
+        // Steps of a twentieth: what comes back from five steps up and five down is 1.
+        let zoom = (zoom * 20.0).round() / 20.0;
+        prefs.zoom = zoom.clamp(*Prefs::ZOOM.start(), *Prefs::ZOOM.end());
+        if prefs.zoom > room {
+            prefs.zoom = room;
+            messages.say("No room for larger panels. Ctrl+B hides them: the projector view.");
         }
     }
 
     /// The largest interface scale at which both columns still fit beside the picture.
     fn zoom_room(&self, ctx: &Context) -> f32 {
         let points_at_one = ctx.content_rect().width() * ctx.zoom_factor();
-        if self.prefs.panels { (points_at_one / crate::layout::FULL_WIDTH).max(1.0) } else { *Prefs::ZOOM.end() }
-    }
-
-    fn say(&mut self, text: &str) {
-        remark(&mut self.notices, Notice::done(text));
+        if self.lab.prefs.panels { (points_at_one / FULL_WIDTH).max(1.0) } else { *Prefs::ZOOM.end() }
     }
 
     fn take_over(&mut self, opened: Opened) {
-        let before = self.document.clone();
-        self.prefs.save.stem.clone_from(&opened.snapshot_stem);
+        let Lab { document, history, prefs, swatches, sheets, messages, .. } = &mut self.lab;
+        prefs.save.stem.clone_from(&opened.snapshot_stem);
         if let Some(path) = &opened.path {
-            self.prefs.remember(path.clone());
+            prefs.remember(path.clone());
         }
-        self.document = Document::new(opened);
-        self.history.record(before, crate::document::EditKey("open", 0));
-        self.history.end_gesture();
-        self.swatches.clear();
-        self.open_error = None;
-        self.open_sheet = None;
+        let before = std::mem::replace(document, Document::new(opened));
+        history.record(before, EditKey("open", 0));
+        history.end_gesture();
+        swatches.clear();
+        messages.open_error = None;
+        sheets.open = None;
     }
 
     fn save(&mut self, ctx: &Context) {
-        let Some(frame) = self.engine.current_frame() else {
-            remark(
-                &mut self.notices,
-                Notice::failed("Not saved: the first picture with these settings is not complete yet"),
-            );
+        let frame = self.lab.live().current_frame();
+        let Lab { document, prefs, files, messages, .. } = &mut self.lab;
+        let Some(frame) = frame else {
+            messages.complain("Not saved: the first picture with these settings is not complete yet");
             return;
         };
-        let stem = match self.prefs.save.stem.trim() {
-            "" => self.document.opened.snapshot_stem.clone(),
+        let stem = match prefs.save.stem.trim() {
+            "" => document.opened.snapshot_stem.clone(),
             stem => stem.to_owned(),
         };
-        self.files.save(SaveJob {
+        files.save(SaveJob {
             frame,
-            view: self.document.view.clone(),
+            view: StoredView { layer: document.active().layer, view: document.view.clone() },
             dark: ctx.theme() == egui::Theme::Dark,
-            folder: self.prefs.save.folder.clone(),
+            folder: prefs.save.folder.clone(),
             stem,
-            png: self.prefs.save.png,
+            png: prefs.save.png,
         });
     }
 
     fn handle(&mut self, event: FileEvent) {
+        let Lab { prefs, files, sheets, messages, .. } = &mut self.lab;
         match event {
-            FileEvent::Picked(path) => self.files.open(path),
-            FileEvent::PickedFolder(folder) => self.prefs.save.folder = folder,
+            FileEvent::Picked(path) => files.open(path),
+            FileEvent::PickedFolder(folder) => prefs.save.folder = folder,
             FileEvent::NoDialog => {
                 let remark = "This desktop offers no file dialog: type a path, or drop a file on the window.";
-                self.open_sheet = Some(OpenSheet { remark, ..OpenSheet::default() });
+                sheets.open = Some(OpenSheet { remark, ..OpenSheet::default() });
             }
             FileEvent::Opened(opened) => self.take_over(*opened),
-            FileEvent::OpenFailed { path, message } => self.open_error = Some(OpenError { path, message }),
+            FileEvent::OpenFailed { path, message } => messages.open_error = Some(OpenError { path, message }),
             FileEvent::Saved { path, notice } => {
                 let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into());
                 let notice = notice.map_or(String::new(), |n| format!(" ({n})"));
-                self.say(&format!("Saved {name}{notice}"));
-                self.save_error = None;
+                messages.say(format!("Saved {name}{notice}"));
+                messages.save_error = None;
             }
-            FileEvent::TableSaved(what) => self.say(&what),
-            FileEvent::TableNotSaved(message) => {
-                remark(&mut self.notices, Notice::failed(format!("Not saved: {message}")));
-            }
+            FileEvent::TableSaved(what) => messages.say(what),
+            FileEvent::TableNotSaved(message) => messages.complain(format!("Not saved: {message}")),
             FileEvent::SaveFailed(message) => {
-                if !(self.prefs.panels && self.prefs.inspector) {
-                    remark(&mut self.notices, Notice::failed(format!("Not saved: {message}")));
+                if !(prefs.panels && prefs.inspector) {
+                    messages.complain(format!("Not saved: {message}"));
                 }
-                self.save_error = Some(message);
+                messages.save_error = Some(message);
             }
         }
     }
 
     /// Everything that happens without drawing: also while the window is hidden.
     fn update(&mut self, ctx: &Context) {
-        for event in self.files.events() {
+        for event in self.lab.files.events() {
             self.handle(event);
         }
+        self.lab.match_slots();
         let dropped: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
         if let Some(path) = dropped.into_iter().next() {
-            self.files.open(path);
+            self.lab.files.open(path);
         }
         // A scale kept from a larger screen must not push the panels out of a smaller one.
-        let zoom = self.prefs.zoom.min(self.zoom_room(ctx));
+        let zoom = self.lab.prefs.zoom.min(self.zoom_room(ctx));
         if (ctx.zoom_factor() - zoom).abs() > 1e-3 {
             ctx.set_zoom_factor(zoom);
         }
-        self.table.poll();
+        self.lab.sheets.table.poll();
         let trouble = self.gpu_trouble.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(message) = trouble {
             // The picture goes on without the graphics device; the toolkit may recover its own part or not.
-            self.viewport = Viewport::new(None);
-            self.gpu_error = Some(message);
+            self.lab.panes.draw_on_cpu();
+            self.lab.messages.gpu_error = Some(message);
         }
     }
 
     /// Hands the renderer what the commands of this pass have made of the document.
-    pub(crate) fn submit(&mut self, ctx: &Context) {
-        let pace = match self.pacing {
-            _ if self.table.is_running() => Pace::Paused,
-            Pacing { paused: true, .. } => Pace::Paused,
-            Pacing { rate: Some(rate), .. } => Pace::PassesPerSecond(rate),
-            Pacing { rate: None, .. } => Pace::Full,
-        };
-        self.engine.set_pace(pace);
-        self.engine.submit(self.document.request());
-        if let Some(wait) = self.engine.marked_in().filter(|wait| !wait.is_zero()) {
-            ctx.request_repaint_after(wait);
+    fn submit(&mut self, ctx: &Context) {
+        let Lab { document, engine, pacing, sheets, history, .. } = &mut self.lab;
+        engine.set_pace(if sheets.table.is_running() { Pace::Paused } else { pacing.pace() });
+        for (live, slot) in engine.pictures_mut().iter_mut().zip(document.slots()) {
+            live.submit(document.request(slot));
+            if let Some(wait) = live.marked_in().filter(|wait| !wait.is_zero()) {
+                ctx.request_repaint_after(wait);
+            }
         }
         if !ctx.input(|i| i.pointer.any_down()) {
-            self.history.end_gesture();
+            history.end_gesture();
         }
-        let title = format!("{} \u{2013} MIS Lab", self.document.opened.title);
+        let title = format!("{} \u{2013} MIS Lab", document.opened.title);
         if self.title != title {
             ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;
@@ -407,24 +347,24 @@ impl eframe::App for MisLabApp {
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        self.engine.hold();
-        let mut commands = crate::keys::pressed(ui.ctx());
-        crate::layout::window_ui(self, ui, &mut commands);
+        self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::hold);
+        let mut commands = keys::pressed(ui.ctx());
+        window_ui(ui, &mut self.lab, &mut commands);
         let ctx = ui.ctx().clone();
         for command in commands {
             self.apply(&ctx, command);
         }
         self.submit(&ctx);
-        self.engine.release();
+        self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::release);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        eframe::set_value(storage, Self::STORAGE_KEY, &self.prefs);
+        eframe::set_value(storage, Self::STORAGE_KEY, &self.lab.prefs);
     }
 
     fn on_exit(&mut self) {
-        self.table.stop();
-        self.engine.stop();
+        self.lab.sheets.table.stop();
+        self.lab.engine.stop();
     }
 }
 
@@ -445,57 +385,4 @@ fn watch_gpu(state: &RenderState, trouble: &GpuTrouble, ctx: &Context) {
     state.device.on_uncaptured_error(Arc::new(move |error: eframe::wgpu::Error| {
         report(&slot, &context, format!("the graphics driver reported: {error}"));
     }));
-}
-
-/// The toolkit asks for textures of 8192 pixels, whatever the device can do: less is refused where
-/// the device has less, and a window larger than that is a panic.
-fn allow_large_windows(options: &mut WgpuConfiguration) {
-    if let WgpuSetup::CreateNew(setup) = &mut options.wgpu_setup {
-        let usual = setup.device_descriptor.clone();
-        setup.device_descriptor = Arc::new(move |adapter| {
-            let mut descriptor = usual(adapter);
-            descriptor.required_limits.max_texture_dimension_2d = adapter.limits().max_texture_dimension_2d;
-            descriptor
-        });
-    }
-}
-
-/// Opens the window and stays until it is closed.
-///
-/// # Errors
-/// If there is no display or no way to draw on it.
-pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
-    let viewport = egui::ViewportBuilder::default()
-        .with_title("MIS Lab")
-        .with_app_id("mislab")
-        .with_inner_size([1440.0, 900.0])
-        .with_min_inner_size([960.0, 600.0])
-        .with_drag_and_drop(true);
-    let mut native = eframe::NativeOptions { viewport, ..Default::default() };
-    allow_large_windows(&mut native.wgpu_options);
-    let options = AppOptions { scene, ..AppOptions::default() };
-    let created = Arc::new(AtomicBool::new(false));
-    let there = created.clone();
-    let create: eframe::AppCreator<'_> = Box::new(move |cc| {
-        there.store(true, Ordering::Relaxed);
-        Ok(Box::new(MisLabApp::new(cc, options)))
-    });
-    // A missing keyboard library panics inside the window library, instead of being an error.
-    let result = catch_unwind(AssertUnwindSafe(|| eframe::run_native("mislab", native, create)));
-    let reason = match result {
-        Ok(Ok(())) => return Ok(()),
-        // What the library adds names its own source files.
-        Ok(Err(eframe::Error::WinitEventLoop(_))) => "no display to open a window on".to_owned(),
-        Ok(Err(eframe::Error::Winit(error))) => format!("the window could not be opened ({error})"),
-        Ok(Err(eframe::Error::Wgpu(error))) => format!("no graphics to draw with ({error})"),
-        Ok(Err(error)) => format!("the window could not be opened ({error})"),
-        // A fault of ours, not a missing display.
-        Err(panic) if created.load(Ordering::Relaxed) => resume_unwind(panic),
-        Err(panic) => {
-            let text = panic.downcast_ref::<String>().cloned();
-            let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
-            format!("a library of the window system is missing ({})", text.unwrap_or_default())
-        }
-    };
-    Err(NoWindow { reason })
 }

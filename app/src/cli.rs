@@ -12,6 +12,7 @@ mod args;
 mod argv;
 mod bench;
 mod compare;
+mod failure;
 mod info;
 mod input;
 mod output;
@@ -24,7 +25,8 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 use self::args::{Args, Command};
-use crate::app::{NoWindow, run_app};
+use self::failure::Failure;
+use crate::launch::{NoWindow, run_app};
 
 /// Runs the program with the arguments of this process.
 pub fn main() -> ExitCode {
@@ -54,20 +56,5 @@ pub fn main() -> ExitCode {
             output::message(&format!("error: {message}\n\nFor more information, try '--help'."));
             ExitCode::from(2)
         }
-    }
-}
-
-/// Why a command did not do what it was asked for.
-#[derive(Debug)]
-enum Failure {
-    /// It could not be done: exit code 1.
-    Run(String),
-    /// It should not have been asked for: exit code 2.
-    Usage(String),
-}
-
-impl From<mislab_renderer::Error> for Failure {
-    fn from(error: mislab_renderer::Error) -> Self {
-        Self::Run(error.to_string())
     }
 }

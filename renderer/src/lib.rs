@@ -22,4 +22,5 @@ pub use mislab_kernel::request::{
     Bsdf, Camera, Estimator, Geometry, Heuristic, ImageSettings, Light, Material, OneSampleWeights, PixelRect,
     Reflectance, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings, Shape, Strategy,
 };
+pub use mislab_kernel::world::projection;
 pub use progressive::{Pace, Picture, Progress, Renderer, State, Status, render, simd_level_name};

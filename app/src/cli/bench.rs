@@ -6,8 +6,8 @@ use std::sync::Arc;
 use mislab_renderer::benchmark::{self, Report};
 use mislab_renderer::pbrt;
 
-use super::Failure;
 use super::args::BenchArgs;
+use super::failure::Failure;
 use super::output::{self, Destination};
 
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {

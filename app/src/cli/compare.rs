@@ -8,7 +8,8 @@ use mislab_renderer::snapshot;
 use serde::Serialize;
 
 use super::args::CompareArgs;
-use super::{Failure, output};
+use super::failure::Failure;
+use super::output;
 
 /// The object of `--json`.
 #[derive(Serialize)]

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use mislab_renderer::snapshot;
 
 use super::args::InfoArgs;
-use super::{Failure, output};
+use super::failure::Failure;
+use super::output;
 
 /// Longer values are for programs: only their length is shown.
 const LONGEST_SHOWN: usize = 400;

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use mislab_renderer::{Diagnostic, Scene, Settings, pbrt, snapshot};
 
-use super::{Failure, output};
+use super::failure::Failure;
+use super::output;
 
 /// What SCENE says.
 pub(super) struct Input {

@@ -5,11 +5,11 @@ use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use mislab_renderer::{Frame, snapshot};
+use mislab_renderer::{Frame, Layer, snapshot};
 
-use super::Failure;
-use crate::view_state::{ToneMap, ViewState};
-use crate::viewport::render_to_rgba8;
+use super::failure::Failure;
+use crate::picture::still::render_to_rgba8;
+use crate::state::view::{ToneMap, ViewState};
 
 /// A line on standard error. Nobody is left to be told if that fails.
 pub(super) fn message(text: &str) {
@@ -91,8 +91,8 @@ impl PictureFile {
             return Ok(snapshot::save(frame, &self.path, &snapshot::SaveOptions::default())?.notice);
         }
         let view = ViewState { tone_map: ToneMap::SrgbClip, ..ViewState::default() };
-        let (width, height, rgba) = render_to_rgba8(frame, &view, true);
-        let bytes = crate::png_file::encode(width, height, &rgba)
+        let (width, height, rgba) = render_to_rgba8(frame, Layer::Picture, &view, true);
+        let bytes = crate::files::png_file::encode(width, height, &rgba)
             .map_err(|error| Failure::Run(format!("{}: cannot encode: {error}", self.path.display())))?;
         snapshot::write_file(&self.path, &bytes)?;
         Ok(None)

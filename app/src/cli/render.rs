@@ -8,8 +8,8 @@ use mislab_renderer::{
 };
 use serde::Serialize;
 
-use super::Failure;
 use super::args::{Alpha, RenderArgs};
+use super::failure::Failure;
 use super::input::Input;
 use super::output::{self, PictureFile};
 use super::progress::Bar;

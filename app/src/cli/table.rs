@@ -6,8 +6,8 @@ use std::sync::Arc;
 use mislab_renderer::table::{Table, TableOptions, TutorialRun, run_table};
 use mislab_renderer::{Frame, Settings};
 
-use super::Failure;
 use super::args::{HowArgs, TableArgs};
+use super::failure::Failure;
 use super::input::Input;
 use super::output::{self, PictureFile};
 use super::progress::Bar;
@@ -38,7 +38,7 @@ fn render(scene: Option<&Path>, size: Option<[u32; 2]>, outdir: &Path, how: &How
     let input = Input::load(scene)?;
     input.warn(how.quiet);
     // The tutorial's own scene has one size, its headers have two; other scenes have their own.
-    let own_size = Some(input.settings.image.resolution).filter(|size| *size != Settings::default().resolution);
+    let own_size = Some(input.settings.image.resolution).filter(|size| *size != Settings::default().image.resolution);
     let options = TableOptions { size: size.or(own_size), threads: how.nthreads, ..TableOptions::default() };
     std::fs::create_dir_all(outdir)
         .map_err(|error| Failure::Run(format!("{}: cannot create this folder: {error}", outdir.display())))?;

@@ -1,12 +1,11 @@
-//! The caption under the picture: what made it. And the value under the cursor, on the picture.
+//! The caption under the picture: what made it.
 
-use eframe::egui::{self, Align2, Color32, Rect, RichText, Role, Sense, TextStyle, Ui, vec2};
-use mislab_renderer::{Channel, Frame, Layer, Strategy};
+use eframe::egui::{self, Align2, RichText, Role, TextStyle, Ui};
+use mislab_renderer::{Frame, Strategy};
 
-use super::{heuristic_name, strategy_name};
-use crate::theme::{GRID, Inks, TypeScale};
-use crate::view_state::{ViewState, is_colour};
-use crate::widgets::{cell, seconds, si};
+use crate::look::names::{heuristic_name, strategy_name};
+use crate::look::theme::{GRID, Inks, TypeScale};
+use crate::panel::widgets::{cell, seconds, si};
 
 /// Says of the frame on screen, not of the settings, how it came about: true at every moment.
 pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: TypeScale) {
@@ -31,7 +30,8 @@ pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: Typ
     let paths = format!("{} paths", si(stats.paths as f64));
     let time = seconds(stats.render_seconds);
 
-    let name = RichText::new(strategy_name(strategy)).family(crate::theme::medium()).color(inks.strategy(strategy));
+    let name =
+        RichText::new(strategy_name(strategy)).family(crate::look::theme::medium()).color(inks.strategy(strategy));
     let response = ui.label(name);
     response.widget_info(|| {
         let parts = [strategy_name(strategy), &how, &spp, &paths, &time];
@@ -58,61 +58,5 @@ pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: Typ
         ui.label(RichText::new("previous settings \u{2026}").italics());
     } else if scale == TypeScale::Desk && ui.available_width() > 220.0 {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.weak("drop a .pbrt or .exr here"));
-    }
-}
-
-/// Place and values of the pixel under the cursor, on a plate in the lower right corner of the viewport.
-pub fn pixel_overlay(ui: &Ui, viewport: Rect, frame: &Frame, view: &ViewState, [x, y]: [u32; 2]) {
-    let text = pixel_text(frame, view, [x, y]);
-    let font = TextStyle::Body.resolve(ui.style());
-    let galley = ui.painter().layout_no_wrap(text.clone(), font.clone(), ui.visuals().text_color());
-    // As wide as usual values are, so that the plate stands still under a moving cursor.
-    let usual = if is_colour(view.layer) { "R 0.0000   G 0.0000   B 0.0000" } else { "x 0000   y 0000" };
-    let usual = ui.painter().layout_no_wrap(usual.into(), font, Color32::WHITE).size();
-    let size = galley.size().max(usual) + vec2(4.0 * GRID, 3.0 * GRID);
-    let margin = vec2(2.0 * GRID, 2.0 * GRID);
-    // The legend has the lower left corner; in a narrow viewport the two would meet.
-    let corner = if viewport.width() > 600.0 { Align2::RIGHT_BOTTOM } else { Align2::RIGHT_TOP };
-    let plate = corner.align_size_within_rect(size, viewport.shrink2(margin));
-    let painter = ui.painter_at(viewport);
-    painter.rect_filled(plate, 4.0, ui.visuals().panel_fill.gamma_multiply(0.92));
-    painter.galley(plate.min + vec2(2.0 * GRID, 1.5 * GRID), galley, ui.visuals().text_color());
-    let response = ui.interact(plate, ui.scope_id().with("pixel"), Sense::empty());
-    response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, format!("Pixel: {text}")));
-}
-
-/// Position and values of a pixel in the layer on screen.
-pub fn pixel_text(frame: &Frame, view: &ViewState, [x, y]: [u32; 2]) -> String {
-    let values = view.layer.channels().iter().map(|c| frame.pixel(x, y, *c).unwrap_or(f32::NAN));
-    let values: Vec<String> = values.map(value_text).collect();
-    let names: &[&str] = if is_colour(view.layer) { &["R", "G", "B"] } else { &[quantity(view.layer)] };
-    let values: Vec<String> = names.iter().zip(&values).map(|(name, value)| format!("{name} {value}")).collect();
-    format!("x {x}   y {y}\n{}", values.join("   "))
-}
-
-/// All channels of a pixel, for the clipboard.
-pub fn pixel_table(frame: &Frame, [x, y]: [u32; 2]) -> String {
-    let values =
-        Channel::ALL.iter().map(|c| format!("{}\t{}", c.exr_name(), frame.pixel(x, y, *c).unwrap_or(f32::NAN)));
-    let values: Vec<String> = values.collect();
-    format!("x\t{x}\ny\t{y}\n{}\n", values.join("\n"))
-}
-
-fn quantity(layer: Layer) -> &'static str {
-    match layer {
-        Layer::WeightLight | Layer::WeightBsdf => "weight",
-        Layer::ShareLight => "share",
-        Layer::Variance => "variance",
-        Layer::Picture | Layer::Light | Layer::Bsdf => "value",
-    }
-}
-
-fn value_text(value: f32) -> String {
-    if value.is_nan() {
-        "undefined".into()
-    } else if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
-        format!("{value:.2e}")
-    } else {
-        format!("{value:.4}")
     }
 }

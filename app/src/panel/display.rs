@@ -3,38 +3,44 @@
 use eframe::egui::{self, ComboBox, Ui};
 use mislab_renderer::{Layer, Strategy};
 
-use crate::command::Command;
-use crate::theme::{GRID, Inks, strategy_fill};
-use crate::view_state::{ToneMap, ViewState, is_colour, layer_name};
-use crate::widgets::{ParamSlider, Scale, segmented, title, wide_button};
+use crate::look::layer::{Colouring, LayerLook, Technique};
+use crate::look::theme::{GRID, Inks, strategy_fill};
+use crate::panel::widgets::{ParamSlider, Scale, segmented, title, wide_button};
+use crate::state::command::Command;
+use crate::state::document::Document;
+use crate::state::edit::Edit;
+use crate::state::view::{ToneMap, ViewState};
 
 /// The panel.
-pub fn display_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<Command>) {
+pub fn display_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
+    let shown = document.active().layer;
     title(ui, "Layer");
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for layer in Layer::ALL {
-            if layer_row(ui, layer, view.layer == layer) {
-                out.push(Command::SetLayer(layer));
+            if layer_row(ui, layer, shown == layer) {
+                out.push(Edit::SetLayer(layer).into());
             }
         }
     });
-    if is_colour(view.layer) {
-        colour_ui(ui, view, default, out);
-    } else if view.layer == Layer::Variance {
-        variance_ui(ui, view, default, out);
+    let (view, default) = (&document.view, &document.opened.view);
+    match LayerLook::of(shown).colouring {
+        Colouring::Radiance => colour_ui(ui, view, default, out),
+        Colouring::Magnitude => variance_ui(ui, view, default, out),
+        // Its range is 0 to 1, whatever the picture.
+        Colouring::Share { .. } => {}
     }
 }
 
 /// The layers in one menu, for the bar of the projector view.
-pub fn layer_menu(ui: &mut Ui, view: &ViewState, width: f32, out: &mut Vec<Command>) {
+pub fn layer_menu(ui: &mut Ui, shown: Layer, width: f32, out: &mut Vec<Command>) {
     let response = ComboBox::from_id_salt("layer menu")
         .width(width)
-        .selected_text(layer_name(view.layer))
+        .selected_text(LayerLook::of(shown).name)
         .show_ui(ui, |ui| {
             for layer in Layer::ALL {
-                if ui.selectable_label(layer == view.layer, layer_name(layer)).clicked() {
-                    out.push(Command::SetLayer(layer));
+                if ui.selectable_label(layer == shown, LayerLook::of(layer).name).clicked() {
+                    out.push(Edit::SetLayer(layer).into());
                     ui.close();
                 }
             }
@@ -54,12 +60,12 @@ fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
         egui::Color32::TRANSPARENT
     };
     ui.painter().rect_filled(rect, 4.0, fill);
+    let LayerLook { name, technique, .. } = LayerLook::of(layer);
     // The technique a layer is about, in its colour.
-    let dot = match layer {
-        Layer::Light | Layer::WeightLight | Layer::ShareLight => Some(strategy_fill(Strategy::Light).0),
-        Layer::Bsdf | Layer::WeightBsdf => Some(Inks::of(ui.visuals()).bsdf),
-        Layer::Picture | Layer::Variance => None,
-    };
+    let dot = technique.map(|technique| match technique {
+        Technique::Light => strategy_fill(Strategy::Light).0,
+        Technique::Bsdf => Inks::of(ui.visuals()).bsdf,
+    });
     let at = egui::pos2(rect.left() + 3.0 * GRID, rect.center().y);
     match dot {
         Some(color) => ui.painter().circle_filled(at, 4.0, color),
@@ -67,10 +73,8 @@ fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
     };
     let font = egui::TextStyle::Body.resolve(ui.style());
     let at = egui::pos2(rect.left() + 6.0 * GRID, rect.center().y);
-    ui.painter().text(at, egui::Align2::LEFT_CENTER, layer_name(layer), font, ui.visuals().text_color());
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("Layer: {}", layer_name(layer)))
-    });
+    ui.painter().text(at, egui::Align2::LEFT_CENTER, name, font, ui.visuals().text_color());
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("Layer: {name}")));
     response.clicked()
 }
 
@@ -90,7 +94,7 @@ fn colour_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<C
     }
     .show(ui);
     if let Some(ev) = exposure.changed {
-        out.push(Command::SetExposure(ev as f32));
+        out.push(Edit::SetExposure(ev as f32).into());
     }
     let offset = ParamSlider {
         name: "Offset",
@@ -107,12 +111,12 @@ fn colour_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<C
     }
     .show(ui);
     if let Some(offset) = offset.changed {
-        out.push(Command::SetOffset(offset as f32));
+        out.push(Edit::SetOffset(offset as f32).into());
     }
     let tone_maps: Vec<(ToneMap, &str, &str)> =
         ToneMap::ALL.into_iter().map(|t| (t, t.name(), t.description())).collect();
     if let Some(tone_map) = segmented(ui, "Tone map", view.tone_map, &tone_maps, true) {
-        out.push(Command::SetToneMap(tone_map));
+        out.push(Edit::SetToneMap(tone_map).into());
     }
     buttons(ui, "Sets the exposure so that 99 of 100 pixels stay below white. (N)", out);
 }
@@ -135,12 +139,12 @@ fn variance_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec
     let edit_low = slider("from 10^", low, default.variance_range[0]).show(ui);
     if let Some(value) = edit_low.changed {
         let value = value as f32;
-        out.push(Command::SetVarianceRange([value, high.max(value + 1.0)]));
+        out.push(Edit::SetVarianceRange([value, high.max(value + 1.0)]).into());
     }
     let edit_high = slider("to 10^", high, default.variance_range[1]).show(ui);
     if let Some(value) = edit_high.changed {
         let value = value as f32;
-        out.push(Command::SetVarianceRange([low.min(value - 1.0), value]));
+        out.push(Edit::SetVarianceRange([low.min(value - 1.0), value]).into());
     }
     buttons(ui, "Sets the range to whole decades that hold 98 of 100 pixels. (N)", out);
 }
@@ -153,7 +157,7 @@ fn buttons(ui: &mut Ui, hint: &str, out: &mut Vec<Command>) {
             out.push(Command::Normalise);
         }
         if wide_button(ui, "Reset view", width).on_hover_text("Exposure, offset, tone map and ranges. (R)").clicked() {
-            out.push(Command::ResetView);
+            out.push(Edit::ResetView.into());
         }
     });
 }

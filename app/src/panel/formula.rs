@@ -2,21 +2,22 @@
 //! picture and blackboard.
 
 use eframe::egui::{self, Color32, Sense, Ui, vec2};
-use mislab_renderer::{Heuristic, OneSampleWeights, Settings, Strategy};
+use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy};
 
-use crate::math::{Math, frac, row, sub, text};
-use crate::theme::{GRID, Inks, TypeScale};
+use crate::look::names::strategy_description;
+use crate::look::theme::{GRID, Inks, TypeScale};
+use crate::panel::math::{Math, frac, row, sub, text};
 
 /// Shows it in the width of the column, in as much height as the tallest one needs, so that nothing
 /// jumps when the strategy changes.
-pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
+pub fn formula_ui(ui: &mut Ui, estimator: &Estimator, scale: TypeScale) {
     let inks = Inks::of(ui.visuals());
     let (size, line, lines) = match scale {
         TypeScale::Desk => (20.0, 48.0, 3.0),
         TypeScale::Hall => (34.0, 88.0, 3.0),
     };
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), lines * line), Sense::hover());
-    let formulas = formulas(settings, inks);
+    let formulas = formulas(estimator, inks);
     let color = ui.visuals().text_color();
     let painter = ui.painter_at(rect);
     let mut top = rect.top();
@@ -33,7 +34,7 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
     if (formulas.len() as f32) < lines {
         let body = egui::TextStyle::Small.resolve(ui.style());
         let words = painter.layout(
-            super::strategy_description(settings.estimator.strategy).into(),
+            strategy_description(estimator.strategy).into(),
             body,
             ui.visuals().weak_text_color(),
             rect.width(),
@@ -42,16 +43,16 @@ pub fn formula_ui(ui: &mut Ui, settings: &Settings, scale: TypeScale) {
     }
     let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
-    if let Some(bias) = settings.estimator.bias() {
+    if let Some(bias) = estimator.bias() {
         ui.label(egui::RichText::new(bias).color(inks.wrong));
     }
     ui.add_space(GRID);
 }
 
-fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
+fn formulas(estimator: &Estimator, inks: Inks) -> Vec<Math> {
     let (light, bsdf) = (Technique::new("L", inks.light), Technique::new("B", inks.bsdf));
-    let c = f64::from(settings.estimator.light_prob);
-    match settings.estimator.strategy {
+    let c = f64::from(estimator.light_prob);
+    match estimator.strategy {
         Strategy::Light => vec![row([estimate(), frac(text("f"), light.p()), note("one light sample")])],
         Strategy::Bsdf => vec![row([estimate(), frac(text("f"), bsdf.p()), note("one BSDF sample")])],
         Strategy::MisAll => vec![
@@ -65,10 +66,10 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
                 Math::Gap(0.1),
                 frac(text("f"), bsdf.p()),
             ]),
-            row([light.w(), text("  =  "), weight(settings.estimator.heuristic, &light, &bsdf, None)]),
+            row([light.w(), text("  =  "), weight(estimator.heuristic, &light, &bsdf, None)]),
         ],
         Strategy::Mis => {
-            let veach = settings.estimator.weights == OneSampleWeights::Veach;
+            let veach = estimator.weights == OneSampleWeights::Veach;
             vec![
                 row([
                     estimate(),
@@ -84,11 +85,7 @@ fn formulas(settings: &Settings, inks: Inks) -> Vec<Math> {
                     frac(text("f"), row([number(1.0 - c), bsdf.p()])),
                     note("otherwise"),
                 ]),
-                row([
-                    light.w(),
-                    text("  =  "),
-                    weight(settings.estimator.heuristic, &light, &bsdf, veach.then_some(c)),
-                ]),
+                row([light.w(), text("  =  "), weight(estimator.heuristic, &light, &bsdf, veach.then_some(c))]),
             ]
         }
     }

@@ -2,9 +2,9 @@
 
 use eframe::egui::{self, Grid, Id, Modal, RichText};
 
-use crate::keys::bindings;
-use crate::theme::medium;
-use crate::widgets::title;
+use crate::look::theme::medium;
+use crate::panel::widgets::title;
+use crate::state::keys::bindings;
 
 /// The sheet. Returns false when it is done with.
 pub fn help_ui(ctx: &egui::Context) -> bool {

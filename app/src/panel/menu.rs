@@ -3,13 +3,14 @@
 use eframe::egui::{Button, Ui};
 
 use super::open::choices_ui;
-use crate::command::Command;
-use crate::keys::{THEMES, bindings};
-use crate::prefs::Prefs;
-use crate::theme::GRID;
+use crate::look::theme::GRID;
+use crate::state::command::Command;
+use crate::state::history::History;
+use crate::state::keys::{THEMES, bindings};
+use crate::state::prefs::Prefs;
 
 /// The menu button.
-pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, can_undo: bool, can_redo: bool, out: &mut Vec<Command>) {
+pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, history: &History, out: &mut Vec<Command>) {
     ui.menu_button("Menu", |ui| {
         ui.set_min_width(300.0);
         let entry = |ui: &mut Ui, name: &str, command: Command, enabled: bool, out: &mut Vec<Command>| {
@@ -30,8 +31,8 @@ pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, can_undo: bool, can_redo: bool, out: 
         entry(ui, "Save a snapshot", Command::Save, true, out);
         entry(ui, "Copy the picture", Command::CopyPicture, true, out);
         ui.separator();
-        entry(ui, "Undo", Command::Undo, can_undo, out);
-        entry(ui, "Redo", Command::Redo, can_redo, out);
+        entry(ui, "Undo", Command::Undo, history.can_undo(), out);
+        entry(ui, "Redo", Command::Redo, history.can_redo(), out);
         ui.separator();
         entry(ui, "The tutorial's table \u{2026}", Command::ToggleTable, true, out);
         ui.separator();

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use eframe::egui::{self, Id, Key, Modal, TextEdit, Ui};
 
-use crate::command::{Command, Shipped};
-use crate::theme::GRID;
-use crate::widgets::{caption, title};
+use crate::look::theme::GRID;
+use crate::panel::widgets::{caption, title};
+use crate::state::command::{Command, Shipped};
 
 /// The text of the path field while the sheet is open.
 #[derive(Default)]

@@ -2,9 +2,9 @@
 
 use eframe::egui::{self, Align2, Id, Key, Modal, Modifiers, ScrollArea, TextEdit, TextStyle, vec2};
 
-use crate::command::Command;
-use crate::keys::{Action, actions};
-use crate::theme::GRID;
+use crate::look::theme::GRID;
+use crate::state::command::Command;
+use crate::state::keys::{Action, actions};
 
 /// What has been typed, and which line is marked.
 #[derive(Default)]

@@ -1,107 +1,78 @@
 //! How the picture is sampled: weights, pattern, number, seed, pace.
 
 use eframe::egui::{self, ComboBox, DragValue, Ui};
-use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Settings, Strategy};
+use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Sampling, Strategy};
 
-use super::{heuristic_name, sampler_name, weights_name};
-use crate::app::Pacing;
-use crate::command::{Command, SppTarget};
-use crate::theme::GRID;
-use crate::widgets::{labelled, segmented, title, wide_button};
+use crate::look::names::{heuristic_name, sampler_name, weights_name};
+use crate::look::theme::GRID;
+use crate::panel::widgets::{labelled, segmented, title, wide_button};
+use crate::state::command::Command;
+use crate::state::edit::{Edit, SppTarget};
+use crate::state::pacing::Pacing;
 
 /// Width of the labels in this panel.
 const LABEL: f32 = 68.0;
 
-/// The panel.
-pub fn sampling_ui(ui: &mut Ui, settings: &Settings, defaults: &Settings, pacing: &Pacing, out: &mut Vec<Command>) {
+/// How two techniques are weighted.
+pub fn weights_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
     title(ui, "Weights");
-    let weighted = matches!(settings.estimator.strategy, Strategy::MisAll | Strategy::Mis);
+    let weighted = matches!(estimator.strategy, Strategy::MisAll | Strategy::Mis);
     let heuristics: Vec<(Heuristic, &str, &str)> =
         Heuristic::ALL.into_iter().map(|h| (h, heuristic_name(h), heuristic_hint(h))).collect();
-    if let Some(h) = segmented(ui, "Heuristic", settings.estimator.heuristic, &heuristics, weighted) {
-        out.push(Command::SetHeuristic(h));
+    if let Some(h) = segmented(ui, "Heuristic", estimator.heuristic, &heuristics, weighted) {
+        out.push(Edit::SetHeuristic(h).into());
     }
     let weights: Vec<(OneSampleWeights, &str, &str)> =
         OneSampleWeights::ALL.into_iter().map(|w| (w, weights_name(w), weights_hint(w))).collect();
-    let one_sample = settings.estimator.strategy == Strategy::Mis;
-    if let Some(w) = segmented(ui, "One-sample weights", settings.estimator.weights, &weights, one_sample) {
-        out.push(Command::SetWeights(w));
+    let one_sample = estimator.strategy == Strategy::Mis;
+    if let Some(w) = segmented(ui, "One-sample weights", estimator.weights, &weights, one_sample) {
+        out.push(Edit::SetWeights(w).into());
     }
+}
 
+/// Pattern, number and seed of the samples.
+pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &mut Vec<Command>) {
     title(ui, "Samples");
     let samplers: Vec<(SamplerKind, &str, &str)> =
         SamplerKind::ALL.into_iter().map(|s| (s, sampler_name(s), sampler_hint(s))).collect();
-    if let Some(kind) = segmented(ui, "Sampler", settings.sampling.sampler.kind, &samplers, true) {
-        out.push(Command::SetSampler(kind));
+    if let Some(kind) = segmented(ui, "Sampler", sampling.sampler.kind, &samplers, true) {
+        out.push(Edit::SetSampler(kind).into());
     }
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
-        spp_combo(ui, settings, out);
-        let stratified = settings.sampling.sampler.kind == SamplerKind::Stratified;
-        let mut jitter = settings.sampling.sampler.jitter;
+        spp_combo(ui, sampling, out);
+        let stratified = sampling.sampler.kind == SamplerKind::Stratified;
+        let mut jitter = sampling.sampler.jitter;
         let response = ui
             .add_enabled(stratified, egui::Checkbox::new(&mut jitter, "jitter"))
             .on_hover_text("A random position in each stratum; off: its centre (biased).");
         if response.changed() {
-            out.push(Command::SetJitter(jitter));
+            out.push(Edit::SetJitter(jitter).into());
         }
     });
     if reset {
-        out.push(Command::SetSpp(defaults.sampling.spp.map_or(SppTarget::Endless, SppTarget::Passes)));
+        out.push(Edit::SetSpp(defaults.spp.map_or(SppTarget::Endless, SppTarget::Passes)).into());
     }
     let reset = labelled(ui, "seed", LABEL, |ui| {
-        let mut seed = settings.sampling.seed;
+        let mut seed = sampling.seed;
         let width = 2.0 * LABEL;
         let height = ui.spacing().interact_size.y;
         let field = DragValue::new(&mut seed).speed(0.1).update_while_editing(false);
         let response = ui.add_sized([width, height], field).accessible_name("Seed");
         if response.changed() {
-            out.push(Command::SetSeed(seed));
+            out.push(Edit::SetSeed(seed).into());
         }
         if wide_button(ui, "next", ui.available_width()).on_hover_text("The same picture with other noise.").clicked() {
-            out.push(Command::SetSeed(seed.wrapping_add(1)));
+            out.push(Edit::SetSeed(seed.wrapping_add(1)).into());
         }
     });
     if reset {
-        out.push(Command::SetSeed(defaults.sampling.seed));
+        out.push(Edit::SetSeed(defaults.seed).into());
     }
+}
 
+/// Pause, single passes, speed.
+pub fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
     title(ui, "Pace");
-    pace_ui(ui, pacing, out);
-}
-
-fn spp_combo(ui: &mut Ui, settings: &Settings, out: &mut Vec<Command>) {
-    let current = settings.sampling.spp.map_or(SppTarget::Endless, SppTarget::Passes);
-    let stratified = settings.sampling.sampler.kind == SamplerKind::Stratified;
-    let width = ui.available_width() - 88.0;
-    let response = ComboBox::from_id_salt("spp")
-        .width(width)
-        .selected_text(spp_text(current, stratified.then_some(settings.sampling.sampler.strata)))
-        .show_ui(ui, |ui| {
-            ui.set_min_width(width);
-            for choice in SppTarget::choices() {
-                let strata = match choice {
-                    SppTarget::Passes(n) if stratified => Some(SamplerSettings::strata_for(n.get())),
-                    _ => None,
-                };
-                if ui.selectable_label(choice == current, spp_text(choice, strata)).clicked() {
-                    out.push(Command::SetSpp(choice));
-                    ui.close();
-                }
-            }
-        })
-        .response;
-    response.accessible_name("Samples per pixel");
-}
-
-fn spp_text(target: SppTarget, strata: Option<[u32; 2]>) -> String {
-    match (target, strata) {
-        (SppTarget::Endless, _) => "endless".into(),
-        (SppTarget::Passes(n), Some([x, y])) if x * y == n.get() && n.get() > 1 => format!("{n}  =  {x} \u{d7} {y}"),
-        (SppTarget::Passes(n), _) => n.to_string(),
-    }
-}
-
-fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GRID;
         let width = (ui.available_width() - 2.0 * GRID) / 3.0;
@@ -137,6 +108,38 @@ fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
             out.push(Command::SetRate(Some(rate)));
         }
     });
+}
+
+fn spp_combo(ui: &mut Ui, sampling: &Sampling, out: &mut Vec<Command>) {
+    let current = sampling.spp.map_or(SppTarget::Endless, SppTarget::Passes);
+    let stratified = sampling.sampler.kind == SamplerKind::Stratified;
+    let width = ui.available_width() - 88.0;
+    let response = ComboBox::from_id_salt("spp")
+        .width(width)
+        .selected_text(spp_text(current, stratified.then_some(sampling.sampler.strata)))
+        .show_ui(ui, |ui| {
+            ui.set_min_width(width);
+            for choice in SppTarget::choices() {
+                let strata = match choice {
+                    SppTarget::Passes(n) if stratified => Some(SamplerSettings::strata_for(n.get())),
+                    _ => None,
+                };
+                if ui.selectable_label(choice == current, spp_text(choice, strata)).clicked() {
+                    out.push(Edit::SetSpp(choice).into());
+                    ui.close();
+                }
+            }
+        })
+        .response;
+    response.accessible_name("Samples per pixel");
+}
+
+fn spp_text(target: SppTarget, strata: Option<[u32; 2]>) -> String {
+    match (target, strata) {
+        (SppTarget::Endless, _) => "endless".into(),
+        (SppTarget::Passes(n), Some([x, y])) if x * y == n.get() && n.get() > 1 => format!("{n}  =  {x} \u{d7} {y}"),
+        (SppTarget::Passes(n), _) => n.to_string(),
+    }
 }
 
 fn heuristic_hint(heuristic: Heuristic) -> &'static str {

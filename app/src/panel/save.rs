@@ -2,10 +2,10 @@
 
 use eframe::egui::{RichText, TextEdit, Ui};
 
-use crate::command::Command;
-use crate::prefs::SavePrefs;
-use crate::theme::{GRID, Inks};
-use crate::widgets::{labelled, title, wide_button};
+use crate::look::theme::{GRID, Inks};
+use crate::panel::widgets::{labelled, title, wide_button};
+use crate::state::command::Command;
+use crate::state::prefs::SavePrefs;
 
 /// The panel. `error` is why the last save failed.
 pub fn save_ui(ui: &mut Ui, prefs: &mut SavePrefs, error: Option<&str>, out: &mut Vec<Command>) {

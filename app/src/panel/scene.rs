@@ -3,12 +3,13 @@
 use eframe::egui::{self, Color32, CornerRadius, Rect, Sense, Stroke, TextStyle, Ui, vec2};
 use mislab_renderer::Strategy;
 
-use crate::command::Command;
-use crate::document::Document;
-use crate::picking::Target;
-use crate::swatch::Swatches;
-use crate::theme::{GRID, strategy_fill};
-use crate::widgets::{ParamSlider, Scale, caption, title_with_note};
+use crate::look::theme::{GRID, strategy_fill};
+use crate::panel::widgets::{ParamSlider, Scale, caption, title_with_note};
+use crate::picture::picking::Target;
+use crate::picture::swatch::Swatches;
+use crate::state::command::Command;
+use crate::state::document::Document;
+use crate::state::edit::Edit;
 
 /// Below this GGX width a surface is a mirror; the left end of the rail is 0 itself.
 const SMALLEST_ALPHA: f64 = 1e-3;
@@ -45,7 +46,7 @@ pub fn scene_ui(
             }
             .show(ui);
             if let Some(value) = output.changed {
-                out.push(Command::SetAlpha(index, value as f32));
+                out.push(Edit::SetAlpha(index, value as f32).into());
             }
             output.hovered
         });
@@ -72,7 +73,7 @@ pub fn scene_ui(
                 .accessible_name(format!("{} on", light.name))
                 .on_hover_text("On or off");
             if switch.changed() {
-                out.push(Command::SetLightOn(shape, lit));
+                out.push(Edit::SetLightOn(shape, lit).into());
             }
             let names = scene.light_shapes().filter_map(|s| scene.shapes[s].light.as_ref()).map(|l| l.name.as_str());
             let label_width = label_width(ui, names);
@@ -97,7 +98,7 @@ pub fn scene_ui(
             }
             .show(ui);
             if let Some(value) = output.changed {
-                out.push(Command::SetLightRadius(shape, value as f32));
+                out.push(Edit::SetLightRadius(shape, value as f32).into());
             }
             output.hovered || switch.hovered()
         });
@@ -107,13 +108,12 @@ pub fn scene_ui(
         caption(ui, "This scene has no light: every picture of it is black.");
     }
     ui.add_space(GRID);
-    let edited = document.scene != document.opened.scene || document.settings != document.opened.settings;
-    let reset = ui.add_enabled(edited, egui::Button::new("Reset to the file"));
+    let reset = ui.add_enabled(document.is_edited(), egui::Button::new("Reset to the file"));
     if reset
         .on_hover_text("Every setting and every edit of the scene. Double-click a slider to reset it alone.")
         .clicked()
     {
-        out.push(Command::ResetScene);
+        out.push(Edit::ResetScene.into());
     }
     here
 }

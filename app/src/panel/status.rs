@@ -1,36 +1,43 @@
 //! The status bar: how far, how fast, and everything that must never be hidden.
 
+use std::num::NonZeroU32;
+
 use eframe::egui::{self, ProgressBar, RichText, Ui};
-use mislab_renderer::{Frame, Settings, State, Status, simd_level_name};
+use mislab_renderer::{Frame, State, Status, simd_level_name};
 
-use crate::command::Command;
-use crate::theme::Inks;
-use crate::view_state::{ViewState, is_colour};
-use crate::widgets::{number, si, three_digits};
+use crate::look::layer::LayerLook;
+use crate::look::theme::Inks;
+use crate::panel::widgets::{number, si, three_digits};
+use crate::state::command::Command;
+use crate::state::document::Document;
 
-/// The bar. `frame` is given only if it was made with the current settings.
-pub fn status_ui(
-    ui: &mut Ui,
-    frame: Option<&Frame>,
-    settings: &Settings,
-    view: &ViewState,
-    status: &Status,
-    threads: usize,
-    out: &mut Vec<Command>,
-) {
+/// What is being done about a picture.
+pub struct Work<'a> {
+    /// Its newest frame, if that was made with the current settings.
+    pub frame: Option<&'a Frame>,
+    /// What the renderer says.
+    pub status: &'a Status,
+    /// Worker threads.
+    pub threads: usize,
+}
+
+/// The bar.
+pub fn status_ui(ui: &mut Ui, work: &Work<'_>, document: &Document, out: &mut Vec<Command>) {
+    let Work { frame, status, threads } = *work;
+    let (sampling, view) = (&document.sampling, &document.view);
     let spp = frame.map_or(0, Frame::spp);
     let stats = frame.map(Frame::stats);
-    let target = settings.sampling.spp.map_or("\u{221e}".into(), |n| n.to_string());
+    let target = sampling.spp.map_or("\u{221e}".into(), |n| n.to_string());
     // As wide as the target, or as an hour of endless passes.
-    let widest = "8".repeat(if settings.sampling.spp.is_some() { target.len() } else { 6 });
+    let widest = "8".repeat(if sampling.spp.is_some() { target.len() } else { 6 });
     number(ui, &format!("{spp} / {target} spp"), &format!("{widest} / {target} spp"), None);
-    progress(ui, spp, settings, status);
+    progress(ui, spp, sampling.spp, status);
     let paths = stats.map_or(0.0, |s| s.paths as f64);
     number(ui, &format!("{} paths", si(paths)), "888.8 M paths", None);
     let rate = stats.map_or(0.0, |s| s.mpaths_per_second());
     number(ui, &format!("{} Mpaths/s", three_digits(rate)), "8888 Mpaths/s", None);
     let time = stats.map_or(0.0, |s| s.render_seconds);
-    number(ui, &crate::widgets::seconds(time), "88:88 min", None);
+    number(ui, &crate::panel::widgets::seconds(time), "88:88 min", None);
     let invalid = stats.map_or(0, |s| s.invalid_samples);
     let wrong = Inks::of(ui.visuals()).wrong;
     if invalid > 0 {
@@ -54,7 +61,7 @@ pub fn status_ui(
         if ui.available_width() < 190.0 {
             return;
         }
-        if is_colour(view.layer) {
+        if LayerLook::of(document.active().layer).is_colour() {
             ui.label(view.tone_map.name());
             number(ui, &format!("EV {:+.1}", view.exposure_ev), "EV +88.8", None);
             if view.offset != 0.0 {
@@ -63,11 +70,11 @@ pub fn status_ui(
         } else {
             ui.label("false colour");
         }
-        ui.label(format!("seed {}", settings.sampling.seed));
+        ui.label(format!("seed {}", sampling.seed));
     });
 }
 
-fn progress(ui: &mut Ui, spp: u32, settings: &Settings, status: &Status) {
+fn progress(ui: &mut Ui, spp: u32, target: Option<NonZeroU32>, status: &Status) {
     let width = 120.0;
     let text = match status.state {
         State::Paused => "paused",
@@ -75,7 +82,7 @@ fn progress(ui: &mut Ui, spp: u32, settings: &Settings, status: &Status) {
         State::Failed => "failed",
         State::Idle | State::Rendering | State::Finished => "",
     };
-    let fraction = match settings.sampling.spp {
+    let fraction = match target {
         Some(target) => spp as f32 / target.get() as f32,
         // Nothing to be a fraction of: the bar shows the way to the next power of two.
         None if spp > 0 => spp as f32 / (spp + 1).next_power_of_two() as f32,

@@ -1,18 +1,19 @@
 //! The strategy bar: big, always there.
 
 use eframe::egui::{self, Align2, FontId, Sense, Stroke, StrokeKind, TextStyle, Ui, vec2};
-use mislab_renderer::{Settings, Strategy};
+use mislab_renderer::{Estimator, Strategy};
 
-use super::{strategy_description, strategy_name};
-use crate::command::Command;
-use crate::theme::{GRID, Inks, TypeScale, medium, strategy_fill};
-use crate::widgets::{ParamSlider, Scale};
+use crate::look::names::{strategy_description, strategy_name};
+use crate::look::theme::{GRID, Inks, TypeScale, medium, strategy_fill};
+use crate::panel::widgets::{ParamSlider, Scale};
+use crate::state::command::Command;
+use crate::state::edit::Edit;
 
 /// Four buttons in the strategies' colours, then c.
-pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale, out: &mut Vec<Command>) {
+pub fn bar_ui(ui: &mut Ui, estimator: &Estimator, default_c: f32, scale: TypeScale, out: &mut Vec<Command>) {
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
-        if strategy_button(ui, index + 1, strategy, settings.estimator.strategy == strategy) {
-            out.push(Command::SetStrategy(strategy));
+        if strategy_button(ui, index + 1, strategy, estimator.strategy == strategy) {
+            out.push(Edit::SetStrategy(strategy).into());
         }
     }
     ui.add_space(2.0 * GRID);
@@ -21,7 +22,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
     if room < 140.0 {
         return;
     }
-    let matters = settings.estimator.strategy == Strategy::Mis;
+    let matters = estimator.strategy == Strategy::Mis;
     let width: f32 = match scale {
         TypeScale::Desk => 300.0,
         TypeScale::Hall => 460.0,
@@ -34,7 +35,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
                 let edit = ParamSlider {
                     name: "c",
                     label_width: if scale == TypeScale::Hall { 28.0 } else { 16.0 },
-                    value: f64::from(settings.estimator.light_prob),
+                    value: f64::from(estimator.light_prob),
                     default: f64::from(default_c),
                     range: 0.0..=1.0,
                     scale: Scale::Linear(2),
@@ -45,7 +46,7 @@ pub fn bar_ui(ui: &mut Ui, settings: &Settings, default_c: f32, scale: TypeScale
                 }
                 .show(ui);
                 if let Some(c) = edit.changed {
-                    out.push(Command::SetLightProb(c as f32));
+                    out.push(Edit::SetLightProb(c as f32).into());
                 }
             });
         },

@@ -6,12 +6,12 @@ use eframe::egui::{self, ComboBox, Grid, Id, ProgressBar, RichText, ScrollArea, 
 use mislab_renderer::table::{Cell, LightSize, LobeWidth, Table, TableOptions, TableResult, TutorialRun};
 use mislab_renderer::{Scene, Strategy};
 
-use super::strategy_name;
 use crate::files::Files;
-use crate::prefs::SavePrefs;
-use crate::table_job::TableJob;
-use crate::theme::{GRID, Inks, medium};
-use crate::widgets::{caption, seconds, wide_button, with_error};
+use crate::look::names::strategy_name;
+use crate::look::theme::{GRID, Inks, medium};
+use crate::panel::table_job::TableJob;
+use crate::panel::widgets::{caption, seconds, wide_button, with_error};
+use crate::state::prefs::SavePrefs;
 
 /// Everything about the table.
 #[derive(Default)]

@@ -1,10 +1,11 @@
 //! Which pixels belong to which square of the table: plates found by geometry, lights by the reference.
 
-use glam::{DVec3, DVec4, Vec3};
+use glam::Vec3;
 
 use super::{LightSize, LobeWidth};
 use crate::error::Error;
 use mislab_kernel::request::scene::{Geometry, Scene, Shape};
+use mislab_kernel::world::projection::{Projector, Ray};
 
 /// A square of the table, in the order of [`super::TableRow::cells`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,43 +150,17 @@ pub fn visible_materials(scene: &Scene, resolution: [u32; 2]) -> Vec<Option<usiz
     materials
 }
 
-/// Camera rays through a regular grid of points of the image, in double precision.
+/// A regular grid of points of the image, one pixel apart.
 struct Grid {
     size: [usize; 2],
     /// Distance of the first point from the image's corner, in pixels.
     offset: f64,
-    /// Camera position, world space.
-    origin: DVec3,
-    /// World directions: `corner + x right + y down`, x and y in pixels; not normalised.
-    corner: DVec3,
-    right: DVec3,
-    down: DVec3,
-    camera: glam::DMat4,
-    /// Pixel = `image_scale * (X, Y) / Z + image_shift` for camera space (X, Y, Z).
-    image_scale: [f64; 2],
-    image_shift: [f64; 2],
+    projector: Projector,
 }
 
 impl Grid {
     fn new(scene: &Scene, resolution: [u32; 2], size: [usize; 2], offset: f64) -> Self {
-        let camera = &scene.camera;
-        let [width, height] = resolution.map(f64::from);
-        let [left, right, bottom, top] = camera.screen(resolution);
-        let tan = (camera.fov_deg.to_radians() / 2.0).tan();
-        let world = camera.world_from_camera;
-        let direction = |x: f64, y: f64, z: f64| (world * DVec4::new(x, y, z, 0.0)).truncate();
-        let pixel = [(right - left) / width * tan, (bottom - top) / height * tan];
-        Self {
-            size,
-            offset,
-            origin: world.w_axis.truncate(),
-            corner: direction(left * tan, top * tan, 1.0),
-            right: direction(pixel[0], 0.0, 0.0),
-            down: direction(0.0, pixel[1], 0.0),
-            camera: world.inverse(),
-            image_scale: [1.0 / pixel[0], 1.0 / pixel[1]],
-            image_shift: [-left * tan / pixel[0], -top * tan / pixel[1]],
-        }
+        Self { size, offset, projector: Projector::new(&scene.camera, resolution) }
     }
 
     /// The material seen at every point, by testing each surface against the points inside its outline's bounds.
@@ -202,13 +177,13 @@ impl Grid {
                         .map(|sign| *center + *radius * sign)
                         .collect();
                     let (center, radius) = (center.as_dvec3(), f64::from(*radius));
-                    self.cover(&corners, material, &mut nearest, |d| hit_sphere(self.origin, d, center, radius));
+                    self.cover(&corners, material, &mut nearest, |ray| ray.hit_sphere(center, radius));
                 }
                 Geometry::Mesh { positions, triangles } => {
                     for triangle in triangles.iter() {
                         let corners = triangle.map(|i| positions[i as usize]);
                         let abc = corners.map(Vec3::as_dvec3);
-                        self.cover(&corners, material, &mut nearest, |d| hit_triangle(self.origin, d, abc));
+                        self.cover(&corners, material, &mut nearest, |ray| ray.hit_triangle(abc));
                     }
                 }
             }
@@ -222,18 +197,19 @@ impl Grid {
         corners: &[Vec3],
         material: Option<usize>,
         nearest: &mut [(f64, Option<usize>)],
-        hit: impl Fn(DVec3) -> Option<f64>,
+        hit: impl Fn(Ray) -> Option<f64>,
     ) {
-        let corners = corners.iter().map(|c| self.camera.transform_point3(c.as_dvec3()));
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let (mut any_in_front, mut any_behind) = (false, false);
         for corner in corners {
-            any_in_front |= corner.z > 0.0;
-            any_behind |= corner.z <= 0.0;
-            for (axis, value) in [corner.x, corner.y].into_iter().enumerate() {
-                let pixel = self.image_scale[axis] * value / corner.z + self.image_shift[axis];
-                low[axis] = low[axis].min(pixel);
-                high[axis] = high[axis].max(pixel);
+            let Some(pixel) = self.projector.project(corner.as_dvec3()) else {
+                any_behind = true;
+                continue;
+            };
+            any_in_front = true;
+            for axis in 0..2 {
+                low[axis] = low[axis].min(pixel[axis]);
+                high[axis] = high[axis].max(pixel[axis]);
             }
         }
         if !any_in_front {
@@ -251,10 +227,9 @@ impl Grid {
         };
         for y in range(1) {
             for x in range(0) {
-                let (px, py) = (x as f64 + self.offset, y as f64 + self.offset);
-                let direction = self.corner + px * self.right + py * self.down;
+                let ray = self.projector.ray([x as f64 + self.offset, y as f64 + self.offset]);
                 let point = &mut nearest[y * self.size[0] + x];
-                if let Some(t) = hit(direction)
+                if let Some(t) = hit(ray)
                     && t < point.0
                 {
                     *point = (t, material);
@@ -262,27 +237,4 @@ impl Grid {
             }
         }
     }
-}
-
-/// Smallest t > 0 where `origin + t direction` meets the sphere.
-fn hit_sphere(origin: DVec3, direction: DVec3, center: DVec3, radius: f64) -> Option<f64> {
-    let oc = origin - center;
-    let (a, half_b, c) = (direction.length_squared(), oc.dot(direction), oc.length_squared() - radius * radius);
-    let root = (half_b * half_b - a * c).sqrt();
-    // NaN, where the line misses, fails both tests.
-    [(-half_b - root) / a, (-half_b + root) / a].into_iter().find(|&t| t > 0.0)
-}
-
-/// t > 0 where `origin + t direction` meets the triangle (Möller and Trumbore 1997).
-fn hit_triangle(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let (ab, ac) = (b - a, c - a);
-    let p = direction.cross(ac);
-    let determinant = ab.dot(p);
-    let from_a = origin - a;
-    let u = from_a.dot(p) / determinant;
-    let q = from_a.cross(ab);
-    let v = direction.dot(q) / determinant;
-    let t = ac.dot(q) / determinant;
-    // A determinant of 0 (edge-on) makes these infinite or NaN, and fails.
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && t.is_finite()).then_some(t)
 }

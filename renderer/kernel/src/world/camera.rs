@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::lanes::{Lanes, V3};
 use crate::request::Invalid;
 use crate::request::scene::Camera;
+use crate::world::projection::Projector;
 
 /// A pinhole camera, ready for use: the direction through image point (x, y), in pixels from the
 /// top left, is `corner + x right + y down`.
@@ -18,7 +19,7 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
-    /// Works out the axes in f64.
+    /// The axes of the [`Projector`], rounded.
     ///
     /// # Errors
     /// [`Invalid`] for a field of view outside (0, 180) or a transform that is not usable.
@@ -30,16 +31,8 @@ impl Pinhole {
         if !m.is_finite() || m.determinant().abs() < 1e-30 {
             return Err(Invalid("camera transform cannot be inverted, expected position and directions".into()));
         }
-        let [w, h] = resolution.map(f64::from);
-        let [x0, x1, y0, y1] = camera.screen(resolution);
-        let half = (camera.fov_deg.to_radians() / 2.0).tan();
-        let direction = |x: f64, y: f64, z: f64| m.transform_vector3(glam::DVec3::new(x * half, y * half, z));
-        Ok(Self {
-            origin: m.transform_point3(glam::DVec3::ZERO).as_vec3(),
-            corner: direction(x0, y1, 1.0).as_vec3(),
-            right: direction((x1 - x0) / w, 0.0, 0.0).as_vec3(),
-            down: direction(0.0, (y0 - y1) / h, 0.0).as_vec3(),
-        })
+        let Projector { eye, corner, right, down, .. } = Projector::new(camera, resolution);
+        Ok(Self { origin: eye.as_vec3(), corner: corner.as_vec3(), right: right.as_vec3(), down: down.as_vec3() })
     }
 
     /// Direction of the ray through image point (x, y), not of unit length: linear over the image.

@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod culling;
+pub mod projection;
 mod view;
 
 use std::sync::{Arc, OnceLock};

@@ -6,12 +6,12 @@ use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Role, Sense, emath
 use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
-use crate::film_texture::{FilmTexture, Planes};
-pub use crate::legend::{legend_overlay, legend_ui};
-pub use crate::tone::surround;
-use crate::tone::{self, Uniforms};
-pub use crate::view_state::Geometry;
-use crate::view_state::{ViewState, is_colour, layer_name};
+use crate::look::layer::LayerLook;
+use crate::picture::film_texture::{FilmPipeline, FilmTexture};
+use crate::picture::planes::Planes;
+use crate::picture::tone::{self, Uniforms};
+use crate::state::placement::{Geometry, Placement};
+use crate::state::view::ViewState;
 
 /// From this size of an image pixel on screen, in points, its numbers are written into it.
 const VALUES_FROM: f32 = 60.0;
@@ -35,6 +35,17 @@ struct CpuPicture {
     texture: egui::TextureHandle,
 }
 
+/// What a viewport is to show.
+#[derive(Clone, Copy)]
+pub struct Shown<'a> {
+    /// The layer, also while there is no frame.
+    pub layer: Layer,
+    /// Its numbers.
+    pub planes: Option<&'a Arc<Planes>>,
+    /// They are of older settings: faded and labelled.
+    pub stale: bool,
+}
+
 /// What a pass over the viewport found.
 pub struct ViewportResponse {
     /// Of the whole viewport, surround included.
@@ -46,9 +57,9 @@ pub struct ViewportResponse {
 }
 
 impl Viewport {
-    /// A viewport that draws on that device, or on the CPU if there is none or it refuses the shader.
-    pub fn new(render_state: Option<&egui_wgpu::RenderState>) -> Self {
-        Self { gpu: render_state.and_then(FilmTexture::new), cpu: None, planes: None }
+    /// A viewport drawn by the shader, or on the CPU if there is none or the device refuses.
+    pub fn new(pipeline: Option<FilmPipeline>) -> Self {
+        Self { gpu: pipeline.and_then(FilmTexture::new), cpu: None, planes: None }
     }
 
     /// Whether pictures are drawn by the shader.
@@ -56,48 +67,28 @@ impl Viewport {
         self.gpu.is_some()
     }
 
-    /// Draws the frame over all that is left of `ui` and lets wheel, pinch, drag and double click change
-    /// `view.placement`. A `stale` frame is one of older settings: it is faded and labelled.
-    pub fn ui(
-        &mut self,
-        ui: &mut egui::Ui,
-        view: &mut ViewState,
-        frame: Option<&Arc<Frame>>,
-        stale: bool,
-        dark: bool,
-    ) -> ViewportResponse {
-        let planes = frame.map(|frame| self.planes_of(frame, view.layer));
-        self.planes_ui(ui, view, planes.as_ref(), stale, dark)
-    }
-
-    /// [`Self::ui`] for numbers that come from elsewhere than a frame. They are uploaded again only when the `Arc` is
-    /// another one.
-    pub fn planes_ui(
-        &mut self,
-        ui: &mut egui::Ui,
-        view: &mut ViewState,
-        planes: Option<&Arc<Planes>>,
-        stale: bool,
-        dark: bool,
-    ) -> ViewportResponse {
+    /// Draws the picture over all that is left of `ui` and lets wheel, pinch, drag and double click change
+    /// `view.placement`. Numbers are uploaded again only when the `Arc` is another one.
+    pub fn ui(&mut self, ui: &mut egui::Ui, view: &mut ViewState, shown: Shown<'_>) -> ViewportResponse {
         let ppp = ui.pixels_per_point();
+        let dark = ui.visuals().dark_mode;
         let rect = ui.available_rect_before_wrap().round_to_pixels(ppp);
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
-        let label = match view.layer {
+        let label = match shown.layer {
             Layer::Picture => "Picture".to_owned(),
-            layer => format!("Picture: {}", layer_name(layer)),
+            layer => format!("Picture: {}", LayerLook::of(layer).name),
         };
         response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &label));
         let painter = ui.painter_at(rect);
         // Runs without a frame too, so that the first frame of a picture does not fade in or out.
         let fade_seconds = ui.style().animation_time;
-        let faded = ui.ctx().animate_bool_with_time(response.id.with("stale"), stale, fade_seconds);
+        let faded = ui.ctx().animate_bool_with_time(response.id.with("stale"), shown.stale, fade_seconds);
 
-        let Some(planes) = planes.filter(|planes| planes.bounds().area() > 0) else {
-            painter.rect_filled(rect, 0.0, surround(dark));
+        let Some(planes) = shown.planes.filter(|planes| planes.bounds().area() > 0) else {
+            painter.rect_filled(rect, 0.0, tone::surround(dark));
             return ViewportResponse { response, hovered_pixel: None, geometry: None };
         };
-        let geometry = navigate(ui, &response, view, rect, planes.image());
+        let geometry = navigate(ui, &response, &mut view.placement, planes.image());
         let uniforms = Uniforms::new(planes, view, &geometry, dark).with_stale(faded);
         self.paint(&painter, rect, planes, uniforms);
         if planes.bounds() != full(planes.image()) {
@@ -114,7 +105,7 @@ impl Viewport {
     }
 
     /// The layer of the frame, taken out of it only when frame or layer changed.
-    fn planes_of(&mut self, frame: &Arc<Frame>, layer: Layer) -> Arc<Planes> {
+    pub fn planes_of(&mut self, frame: &Arc<Frame>, layer: Layer) -> Arc<Planes> {
         match &self.planes {
             Some((from, planes)) if Weak::as_ptr(from) == Arc::as_ptr(frame) && planes.layer() == layer => {
                 planes.clone()
@@ -174,49 +165,26 @@ impl Viewport {
     }
 }
 
-/// The pixels of the frame as `view` shows them at 100 %, zoom and pan left out: width, height, RGBA8 rows from the top
-/// left.
-pub fn render_to_rgba8(frame: &Frame, view: &ViewState, dark: bool) -> (u32, u32, Vec<u8>) {
-    planes_to_rgba8(&Planes::from_frame(frame, view.layer), view, dark)
-}
-
-/// [`render_to_rgba8`] for numbers that come from elsewhere than a frame.
-pub fn planes_to_rgba8(planes: &Planes, view: &ViewState, dark: bool) -> (u32, u32, Vec<u8>) {
-    let bounds = planes.bounds();
-    let (width, height) = (bounds.width(), bounds.height());
-    let corner = bounds.min.map(|v| v as f32);
-    let geometry = Geometry {
-        viewport: Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32)),
-        image: planes.image(),
-        scale: 1.0,
-        centre: [corner[0] + width as f32 / 2.0, corner[1] + height as f32 / 2.0],
-        origin: corner.map(|v| -v),
-        pixels_per_point: 1.0,
-    };
-    let uniforms = Uniforms::new(planes, view, &geometry, dark);
-    (width, height, tone::render(planes, &uniforms, [width as usize, height as usize]))
-}
-
 /// Zoom and pan by wheel, pinch, drag and double click; the geometry that results.
-fn navigate(ui: &egui::Ui, response: &egui::Response, view: &mut ViewState, rect: Rect, image: [u32; 2]) -> Geometry {
-    let geometry = |view: &ViewState| Geometry::new(rect, image, view.placement, ui.pixels_per_point());
+fn navigate(ui: &egui::Ui, response: &egui::Response, placement: &mut Placement, image: [u32; 2]) -> Geometry {
+    let geometry = |placement: &Placement| Geometry::new(response.rect, image, *placement, ui.pixels_per_point());
     if response.double_clicked() {
-        view.fit();
+        placement.fit();
     }
     if response.dragged_by(egui::PointerButton::Primary) || response.dragged_by(egui::PointerButton::Middle) {
         let delta = response.drag_delta();
         if delta != egui::Vec2::ZERO {
-            view.pan_by(&geometry(view), delta);
+            placement.pan_by(&geometry(placement), delta);
         }
     }
     if let Some(pointer) = response.hover_pos() {
         let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
         let factor = pinch * (scroll / SCROLL_PER_DOUBLING).exp2();
         if factor != 1.0 {
-            view.zoom_about(&geometry(view), pointer, factor);
+            placement.zoom_about(&geometry(placement), pointer, factor);
         }
     }
-    geometry(view)
+    geometry(placement)
 }
 
 fn full(image: [u32; 2]) -> PixelRect {
@@ -248,7 +216,8 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
             let value = planes.value(x - bounds.min[0], y - bounds.min[1]);
             let shown = tone::at_pixel(uniforms, value);
             let ink = if luma(shown) > 0.5 { Color32::BLACK } else { Color32::WHITE };
-            let text = if is_colour(planes.layer()) { value.map(number).join("\n") } else { number(value[0]) };
+            let text =
+                if LayerLook::of(planes.layer()).is_colour() { value.map(number).join("\n") } else { number(value[0]) };
             let centre = geometry.to_screen([x as f32 + 0.5, y as f32 + 0.5]);
             painter.text(centre, Align2::CENTER_CENTER, text, font.clone(), ink);
         }

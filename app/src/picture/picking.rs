@@ -4,7 +4,8 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat4, DVec3};
+use glam::DVec3;
+use mislab_renderer::projection::Projector;
 use mislab_renderer::{Geometry, Scene, Shape};
 
 /// Something with a control in the scene panel.
@@ -36,75 +37,38 @@ impl Target {
     }
 }
 
-/// The camera's mapping between world and image, in pixels from the top left.
-pub struct Projector {
-    camera_from_world: DMat4,
-    world_from_camera: DMat4,
-    tan_half_fov: f64,
-    /// Left, right, bottom, top.
-    screen: [f64; 4],
-    resolution: [f64; 2],
-}
-
 /// Meshes above this many triangles are left out: they would cost a visible pause per mouse move.
 const MAX_TRIANGLES: usize = 100_000;
 
-impl Projector {
-    /// The camera of `scene` over an image of that many pixels.
-    pub fn new(scene: &Scene, resolution: [u32; 2]) -> Self {
-        let [w, h] = resolution.map(f64::from);
-        let aspect = w / h;
-        let screen = scene.camera.screen_window.unwrap_or(if aspect > 1.0 {
-            [-aspect, aspect, -1.0, 1.0]
-        } else {
-            [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
-        });
-        Self {
-            world_from_camera: scene.camera.world_from_camera,
-            camera_from_world: scene.camera.world_from_camera.inverse(),
-            tan_half_fov: (0.5 * scene.camera.fov_deg.to_radians()).tan(),
-            screen,
-            resolution: [w, h],
-        }
+/// Where the things of a scene are in an image of it, in pixels from the top left.
+pub struct Finder<'a> {
+    scene: &'a Scene,
+    projector: Projector,
+}
+
+impl<'a> Finder<'a> {
+    /// For an image of that many pixels.
+    pub fn new(scene: &'a Scene, resolution: [u32; 2]) -> Self {
+        Self { scene, projector: Projector::new(&scene.camera, resolution) }
     }
 
     /// Where a point of the world is in the image; `None` behind the camera.
     pub fn project(&self, point: DVec3) -> Option<[f32; 2]> {
-        let p = self.camera_from_world.transform_point3(point);
-        if p.z <= 1e-6 {
-            return None;
-        }
-        let [left, right, bottom, top] = self.screen;
-        let x = p.x / (p.z * self.tan_half_fov);
-        let y = p.y / (p.z * self.tan_half_fov);
-        let u = (x - left) / (right - left) * self.resolution[0];
-        let v = (top - y) / (top - bottom) * self.resolution[1];
-        Some([u as f32, v as f32])
-    }
-
-    /// The ray through a position in the image: origin and direction (not normalised).
-    fn ray(&self, at: [f32; 2]) -> (DVec3, DVec3) {
-        let [left, right, bottom, top] = self.screen;
-        let x = left + (right - left) * f64::from(at[0]) / self.resolution[0];
-        let y = top - (top - bottom) * f64::from(at[1]) / self.resolution[1];
-        let direction = DVec3::new(x * self.tan_half_fov, y * self.tan_half_fov, 1.0);
-        (self.world_from_camera.transform_point3(DVec3::ZERO), self.world_from_camera.transform_vector3(direction))
+        self.projector.project(point).map(|at| at.map(|v| v as f32))
     }
 
     /// Index of the first shape seen at a position of the image.
-    pub fn pick(&self, scene: &Scene, at: [f32; 2]) -> Option<usize> {
-        let (origin, direction) = self.ray(at);
-        let hits = scene.shapes.iter().enumerate().filter_map(|(index, shape)| {
+    pub fn pick(&self, at: [f32; 2]) -> Option<usize> {
+        let ray = self.projector.ray(at.map(f64::from));
+        let hits = self.scene.shapes.iter().enumerate().filter_map(|(index, shape)| {
             let t = match &shape.geometry {
-                Geometry::Sphere { center, radius } => {
-                    hit_sphere(origin, direction, center.as_dvec3(), f64::from(*radius))
-                }
+                Geometry::Sphere { center, radius } => ray.hit_sphere(center.as_dvec3(), f64::from(*radius)),
                 Geometry::Mesh { triangles, .. } if triangles.len() > MAX_TRIANGLES => None,
                 Geometry::Mesh { positions, triangles } => triangles
                     .iter()
                     .filter_map(|t| {
                         let [a, b, c] = t.map(|i| positions.get(i as usize).map(|p| p.as_dvec3()));
-                        hit_triangle(origin, direction, a?, b?, c?)
+                        ray.hit_triangle([a?, b?, c?])
                     })
                     .reduce(f64::min),
             }?;
@@ -139,8 +103,7 @@ impl Projector {
 
     /// The circle where rays from the eye touch a sphere.
     fn sphere_outline(&self, center: DVec3, radius: f64) -> Vec<Option<[f32; 2]>> {
-        let eye = self.world_from_camera.transform_point3(DVec3::ZERO);
-        let to_center = center - eye;
+        let to_center = center - self.projector.eye;
         let distance = to_center.length();
         if distance <= radius {
             return Vec::new();
@@ -159,13 +122,13 @@ impl Projector {
     }
 
     /// The smallest box of the image around everything that belongs to `target`: min and max.
-    pub fn bounds(&self, scene: &Scene, target: Target) -> Option<[[f32; 2]; 2]> {
+    pub fn bounds(&self, target: Target) -> Option<[[f32; 2]; 2]> {
         let mut bounds: Option<[[f32; 2]; 2]> = None;
         let mut include = |p: [f32; 2]| {
             let b = bounds.get_or_insert([p, p]);
             *b = [[b[0][0].min(p[0]), b[0][1].min(p[1])], [b[1][0].max(p[0]), b[1][1].max(p[1])]];
         };
-        for shape in target.shapes(scene) {
+        for shape in target.shapes(self.scene) {
             match &shape.geometry {
                 Geometry::Sphere { center, radius } => {
                     self.sphere_outline(center.as_dvec3(), f64::from(*radius))
@@ -182,30 +145,6 @@ impl Projector {
     }
 }
 
-fn hit_sphere(origin: DVec3, direction: DVec3, center: DVec3, radius: f64) -> Option<f64> {
-    let oc = origin - center;
-    let a = direction.length_squared();
-    let b = oc.dot(direction);
-    let c = oc.length_squared() - radius * radius;
-    let root = (b * b - a * c).sqrt();
-    [(-b - root) / a, (-b + root) / a].into_iter().find(|t| *t > 1e-9)
-}
-
-fn hit_triangle(origin: DVec3, direction: DVec3, a: DVec3, b: DVec3, c: DVec3) -> Option<f64> {
-    let (e1, e2) = (b - a, c - a);
-    let p = direction.cross(e2);
-    let determinant = e1.dot(p);
-    if determinant == 0.0 {
-        return None;
-    }
-    let s = (origin - a) / determinant;
-    let u = s.dot(p);
-    let q = s.cross(e1);
-    let v = direction.dot(q);
-    let t = e2.dot(q);
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 1e-9).then_some(t)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -214,12 +153,12 @@ mod tests {
     #[test]
     fn a_projected_light_is_picked_where_it_is_seen() {
         let scene = embedded_scene().scene;
-        let projector = Projector::new(&scene, [800, 800]);
+        let finder = Finder::new(&scene, [800, 800]);
         for index in scene.light_shapes() {
             let Geometry::Sphere { center, .. } = scene.shapes[index].geometry else { continue };
-            let at = projector.project(center.as_dvec3()).expect("the lights are in front of the camera");
+            let at = finder.project(center.as_dvec3()).expect("the lights are in front of the camera");
             assert!((0.0..800.0).contains(&at[0]) && (0.0..800.0).contains(&at[1]), "light {index} at {at:?}");
-            assert_eq!(projector.pick(&scene, at), Some(index), "at {at:?}");
+            assert_eq!(finder.pick(at), Some(index), "at {at:?}");
             assert_eq!(Target::of_shape(&scene, index), Some(Target::Light(index)));
         }
     }
@@ -228,9 +167,9 @@ mod tests {
     fn the_large_light_is_on_the_left() {
         // pbrt's camera is left-handed: world +x is on the left of this picture.
         let scene = embedded_scene().scene;
-        let projector = Projector::new(&scene, [800, 800]);
-        let large = projector.project(DVec3::new(3.75, 0.0, 0.0)).expect("in front of the camera");
-        let small = projector.project(DVec3::new(-3.75, 0.0, 0.0)).expect("in front of the camera");
+        let finder = Finder::new(&scene, [800, 800]);
+        let large = finder.project(DVec3::new(3.75, 0.0, 0.0)).expect("in front of the camera");
+        let small = finder.project(DVec3::new(-3.75, 0.0, 0.0)).expect("in front of the camera");
         assert!(large[0] < small[0], "{large:?} {small:?}");
     }
 }

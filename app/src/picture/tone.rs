@@ -7,9 +7,11 @@ use bytemuck::{Pod, Zeroable};
 use eframe::egui::Color32;
 use mislab_renderer::Layer;
 
-use crate::colormap::ColourMap;
-use crate::film_texture::Planes;
-use crate::view_state::{Geometry, ToneMap, ViewState};
+use crate::look::colormap::ColourMap;
+use crate::look::layer::{Colouring, LayerLook, Technique};
+use crate::picture::planes::Planes;
+use crate::state::placement::Geometry;
+use crate::state::view::{ToneMap, ViewState};
 
 /// Width of one pair of hatch stripes along a row, in points.
 pub const HATCH_PERIOD: f32 = 10.0;
@@ -136,17 +138,17 @@ impl Uniforms {
 
 /// The colour map of a layer; colour layers have none and get the one of magnitudes.
 pub fn colour_map(layer: Layer, dark: bool) -> ColourMap {
-    match kind(layer) {
-        Kind::Weight => ColourMap::technique(dark),
-        Kind::Colour | Kind::Magnitude => ColourMap::Viridis,
+    match LayerLook::of(layer).colouring {
+        Colouring::Share { .. } => ColourMap::technique(dark),
+        Colouring::Radiance | Colouring::Magnitude => ColourMap::Viridis,
     }
 }
 
 fn kind(layer: Layer) -> Kind {
-    match layer {
-        Layer::Picture | Layer::Light | Layer::Bsdf => Kind::Colour,
-        Layer::WeightLight | Layer::WeightBsdf | Layer::ShareLight => Kind::Weight,
-        Layer::Variance => Kind::Magnitude,
+    match LayerLook::of(layer).colouring {
+        Colouring::Radiance => Kind::Colour,
+        Colouring::Share { .. } => Kind::Weight,
+        Colouring::Magnitude => Kind::Magnitude,
     }
 }
 
@@ -154,14 +156,14 @@ fn kind(layer: Layer) -> Kind {
 ///
 /// Amber stands for the light technique: it is weight 1 of a light sample, weight 0 of a BSDF sample.
 fn table_position(layer: Layer, view: &ViewState) -> (f32, f32) {
-    match layer {
-        Layer::WeightBsdf => (-1.0, 1.0),
-        Layer::Variance => {
+    match LayerLook::of(layer).colouring {
+        Colouring::Share { of: Technique::Bsdf, .. } => (-1.0, 1.0),
+        Colouring::Magnitude => {
             let [low, high] = variance_range(view);
             let slope = (high - low).recip();
             (slope, -low * slope)
         }
-        _ => (1.0, 0.0),
+        Colouring::Radiance | Colouring::Share { of: Technique::Light, .. } => (1.0, 0.0),
     }
 }
 

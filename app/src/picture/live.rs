@@ -1,21 +1,20 @@
-//! The live picture: what was asked of the renderer, and what came back.
+//! A live picture: what was asked of the renderer for it, and what came back.
+//!
+//! The only place that talks to [`mislab_renderer::Picture`].
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use eframe::egui;
-use mislab_renderer::{Frame, Pace, Picture, Renderer, Request, Status};
+use mislab_renderer::{Frame, Pace, Picture, Request, Status};
 
 /// How long the old picture may stand unmarked after a change: shorter than one notices, longer
 /// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
 const GRACE: Duration = Duration::from_millis(120);
 
 /// One picture in progress.
-pub struct Engine {
-    // Dropped first: the picture leaves before its renderer joins its threads.
+pub struct LivePicture {
+    /// `None` once the workers have been stopped.
     picture: Option<Picture>,
-    renderer: Option<Renderer>,
-    threads: usize,
     submitted: Option<Request>,
     generation: u64,
     changed_at: Instant,
@@ -26,16 +25,11 @@ pub struct Engine {
     pace: Pace,
 }
 
-impl Engine {
-    /// Starts the workers; each new frame asks `ctx` for one pass.
-    pub fn new(ctx: &egui::Context, threads: usize) -> Self {
-        let ctx = ctx.clone();
-        // A repaint at once would cost two passes.
-        let renderer = Renderer::new(threads, move || ctx.request_repaint_after(Duration::from_millis(1)));
+impl LivePicture {
+    /// Nothing asked for yet.
+    pub fn new(picture: Picture) -> Self {
         Self {
-            picture: Some(renderer.add_picture()),
-            threads: renderer.threads(),
-            renderer: Some(renderer),
+            picture: Some(picture),
             submitted: None,
             generation: 0,
             changed_at: Instant::now(),
@@ -130,25 +124,13 @@ impl Engine {
         self.picture.as_ref().map(Picture::status)
     }
 
-    /// Worker threads.
-    pub fn threads(&self) -> usize {
-        self.threads
-    }
-
     /// Version of the settings last handed over.
     pub fn generation(&self) -> u64 {
         self.generation
     }
 
-    /// Stops the workers and waits for them.
+    /// Takes the picture away from the workers.
     pub fn stop(&mut self) {
         self.picture = None;
-        self.renderer = None;
-    }
-}
-
-impl Drop for Engine {
-    fn drop(&mut self) {
-        self.stop();
     }
 }

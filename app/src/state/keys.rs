@@ -3,9 +3,11 @@
 use eframe::egui::{Context, Event, Key, Modifiers, ThemePreference};
 use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy};
 
-use crate::command::{Command, Shipped, SppTarget};
-use crate::panel::{heuristic_name, sampler_name, strategy_name, weights_name};
-use crate::view_state::{ToneMap, layer_name};
+use crate::look::layer::LayerLook;
+use crate::look::names::{heuristic_name, sampler_name, strategy_name, weights_name};
+use crate::state::command::{Command, Shipped};
+use crate::state::edit::{Edit, SppTarget};
+use crate::state::view::ToneMap;
 
 /// A command with its name and, perhaps, its key.
 pub struct Action {
@@ -28,10 +30,10 @@ const SHIFT: Modifiers = Modifiers::SHIFT;
 /// Everything that has a key, in the order of the key sheet.
 #[rustfmt::skip]
 pub fn bindings() -> Vec<Action> {
-    let action = |group, name: &str, keys, modifiers, key, command| Action {
+    let action = |group, name: &str, keys, modifiers, key, command: Command| Action {
         group, name: name.into(), keys, shortcut: Some((modifiers, key)), command,
     };
-    let strategy = |keys, key, s: Strategy| action("Strategy", strategy_name(s), keys, PLAIN, key, Command::SetStrategy(s));
+    let strategy = |keys, key, s: Strategy| action("Strategy", strategy_name(s), keys, PLAIN, key, Edit::SetStrategy(s).into());
     vec![
         strategy("1", Key::Num1, Strategy::Light),
         strategy("2", Key::Num2, Strategy::Bsdf),
@@ -40,14 +42,14 @@ pub fn bindings() -> Vec<Action> {
         action("Rendering", "Pause, go on", "Space", PLAIN, Key::Space, Command::TogglePause),
         action("Rendering", "One pass", "S", PLAIN, Key::S, Command::Step),
         action("Rendering", "Restart", "Backspace", PLAIN, Key::Backspace, Command::Restart),
-        action("View", "Brighter by half a stop", "E", PLAIN, Key::E, Command::NudgeExposure(0.5)),
-        action("View", "Darker by half a stop", "Shift+E", SHIFT, Key::E, Command::NudgeExposure(-0.5)),
-        action("View", "More offset", "O", PLAIN, Key::O, Command::NudgeOffset(0.05)),
-        action("View", "Less offset", "Shift+O", SHIFT, Key::O, Command::NudgeOffset(-0.05)),
+        action("View", "Brighter by half a stop", "E", PLAIN, Key::E, Edit::NudgeExposure(0.5).into()),
+        action("View", "Darker by half a stop", "Shift+E", SHIFT, Key::E, Edit::NudgeExposure(-0.5).into()),
+        action("View", "More offset", "O", PLAIN, Key::O, Edit::NudgeOffset(0.05).into()),
+        action("View", "Less offset", "Shift+O", SHIFT, Key::O, Edit::NudgeOffset(-0.05).into()),
         action("View", "Normalise: set the exposure from the picture", "N", PLAIN, Key::N, Command::Normalise),
-        action("View", "Reset exposure, offset, tone map", "R", PLAIN, Key::R, Command::ResetView),
-        action("View", "Next layer", "V", PLAIN, Key::V, Command::CycleLayer(1)),
-        action("View", "Previous layer", "Shift+V", SHIFT, Key::V, Command::CycleLayer(-1)),
+        action("View", "Reset exposure, offset, tone map", "R", PLAIN, Key::R, Edit::ResetView.into()),
+        action("View", "Next layer", "V", PLAIN, Key::V, Edit::CycleLayer(1).into()),
+        action("View", "Previous layer", "Shift+V", SHIFT, Key::V, Edit::CycleLayer(-1).into()),
         action("View", "Fit the picture", "F", PLAIN, Key::F, Command::Fit),
         action("View", "100 %: one pixel to one", "Ctrl+0", CTRL, Key::Num0, Command::ActualSize),
         action("File", "Open \u{2026}", "Ctrl+O", CTRL, Key::O, Command::Open),
@@ -80,30 +82,30 @@ fn aliases() -> [(Modifiers, Key, Command); 4] {
 /// Everything the palette offers: all keys, then what has none.
 pub fn actions() -> Vec<Action> {
     let mut all = bindings();
-    let mut add = |group, name: String, command| {
+    let mut add = |group, name: String, command: Command| {
         all.push(Action { group, name, keys: "", shortcut: None, command });
     };
     for h in Heuristic::ALL {
-        add("Weights", format!("Heuristic: {}", heuristic_name(h)), Command::SetHeuristic(h));
+        add("Weights", format!("Heuristic: {}", heuristic_name(h)), Edit::SetHeuristic(h).into());
     }
     for w in OneSampleWeights::ALL {
-        add("Weights", format!("One-sample weights: {}", weights_name(w)), Command::SetWeights(w));
+        add("Weights", format!("One-sample weights: {}", weights_name(w)), Edit::SetWeights(w).into());
     }
     for s in SamplerKind::ALL {
-        add("Samples", format!("Sampler: {}", sampler_name(s)), Command::SetSampler(s));
+        add("Samples", format!("Sampler: {}", sampler_name(s)), Edit::SetSampler(s).into());
     }
     for target in SppTarget::choices() {
         let name = match target {
             SppTarget::Passes(n) => format!("Samples per pixel: {n}"),
             SppTarget::Endless => "Samples per pixel: endless".into(),
         };
-        add("Samples", name, Command::SetSpp(target));
+        add("Samples", name, Edit::SetSpp(target).into());
     }
     for layer in Layer::ALL {
-        add("View", format!("Layer: {}", layer_name(layer)), Command::SetLayer(layer));
+        add("View", format!("Layer: {}", LayerLook::of(layer).name), Edit::SetLayer(layer).into());
     }
     for tone_map in ToneMap::ALL {
-        add("View", format!("Tone map: {}", tone_map.name()), Command::SetToneMap(tone_map));
+        add("View", format!("Tone map: {}", tone_map.name()), Edit::SetToneMap(tone_map).into());
     }
     add("Rendering", "Full speed".into(), Command::SetRate(None));
     add("Rendering", "Slowly: two passes a second".into(), Command::SetRate(Some(2.0)));
@@ -111,7 +113,7 @@ pub fn actions() -> Vec<Action> {
         add("File", format!("Open: {}", shipped.name()), Command::OpenShipped(shipped));
     }
     add("File", "Folder of snapshots \u{2026}".into(), Command::ChooseFolder);
-    add("Edit", "Reset scene and settings to the file".into(), Command::ResetScene);
+    add("Edit", "Reset scene and settings to the file".into(), Edit::ResetScene.into());
     for (name, preference) in THEMES {
         add("Window", format!("Theme: {name}"), Command::SetTheme(preference));
     }

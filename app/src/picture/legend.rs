@@ -7,8 +7,9 @@ use eframe::egui::{
 };
 use mislab_renderer::Layer;
 
-use crate::tone::{self, HATCH_PERIOD};
-use crate::view_state::{ViewState, is_colour, layer_name};
+use crate::look::layer::{Colouring, LayerLook, Technique};
+use crate::picture::tone::{self, HATCH_PERIOD};
+use crate::state::view::ViewState;
 
 const BAR_HEIGHT: f32 = 16.0;
 const BAR_WIDTH: f32 = 280.0;
@@ -17,18 +18,9 @@ const TICK: f32 = 4.0;
 const GAP: f32 = 4.0;
 const PLATE_MARGIN: f32 = 8.0;
 
-/// The legend of the layer shown, without a background. Its size depends on the layer and on the width at hand only.
-pub fn legend_ui(ui: &mut egui::Ui, view: &ViewState, dark: bool) -> egui::Response {
-    let legend = Legend::new(ui, view, dark, ui.available_width());
-    let (rect, response) = ui.allocate_exact_size(legend.size, Sense::hover());
-    legend.paint(ui.painter(), rect.min);
-    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
-    response
-}
-
 /// The legend on a plate in the lower left corner of the viewport.
-pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, view: &ViewState, dark: bool) {
-    let legend = Legend::new(ui, view, dark, viewport.width() - 4.0 * PLATE_MARGIN);
+pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, layer: Layer, view: &ViewState) {
+    let legend = Legend::new(ui, layer, view, viewport.width() - 4.0 * PLATE_MARGIN);
     let size = legend.size + Vec2::splat(2.0 * PLATE_MARGIN);
     let corner = viewport.left_bottom() + vec2(PLATE_MARGIN, -PLATE_MARGIN - size.y);
     let plate = Rect::from_min_size(corner, size);
@@ -62,14 +54,16 @@ struct Bar {
 }
 
 impl Legend {
-    fn new(ui: &egui::Ui, view: &ViewState, dark: bool, available: f32) -> Self {
+    fn new(ui: &egui::Ui, layer: Layer, view: &ViewState, available: f32) -> Self {
+        let look = LayerLook::of(layer);
+        let dark = ui.visuals().dark_mode;
         let text = ui.visuals().strong_text_color();
         let body = TextStyle::Body.resolve(ui.style());
         let small = FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body.clone() };
         let line = |words: String, font: &FontId| ui.painter().layout_no_wrap(words, font.clone(), text);
-        let name = layer_name(view.layer);
+        let LayerLook { name, .. } = look;
         let title = line(name.to_owned(), &body);
-        if is_colour(view.layer) {
+        if look.is_colour() {
             let words = colour_note(view);
             let spoken = format!("Legend: {name}, {words}");
             let note = line(words, &small);
@@ -79,7 +73,7 @@ impl Legend {
         let undefined = line("undefined".to_owned(), &small);
         let aside = 2.0 * GAP + BAR_HEIGHT + GAP + undefined.size().x;
         let width = (available - aside).clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
-        let words = tick_words(view);
+        let words = tick_words(layer, view);
         let spoken = format!(
             "Legend: {name}, {}, hatched: undefined",
             words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
@@ -88,7 +82,7 @@ impl Legend {
         let tick_height = galleys.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
         let ticks = fitting(galleys, width);
         let size = vec2(title.size().x.max(width + aside), title.size().y + GAP + BAR_HEIGHT + TICK + tick_height);
-        let bar = Bar { width, colours: bar_colours(view, dark), ticks, undefined, hatch: tone::hatch(dark) };
+        let bar = Bar { width, colours: bar_colours(layer, dark), ticks, undefined, hatch: tone::hatch(dark) };
         Self { title, note: None, bar: Some(bar), text, size, spoken }
     }
 
@@ -140,14 +134,13 @@ fn colour_note(view: &ViewState) -> String {
 }
 
 /// What stands under the bar, from left to right.
-fn tick_words(view: &ViewState) -> Vec<(f32, String)> {
-    let three = |low: &str, high: &str| vec![(0.0, low.to_owned()), (0.5, "1/2".to_owned()), (1.0, high.to_owned())];
-    match view.layer {
-        Layer::ShareLight => three("0 all BSDF", "1 all light"),
-        Layer::WeightLight => three("0 left to BSDF", "1 light only"),
-        Layer::WeightBsdf => three("0 left to light", "1 BSDF only"),
-        Layer::Picture | Layer::Light | Layer::Bsdf => Vec::new(),
-        Layer::Variance => decades(tone::variance_range(view)),
+fn tick_words(layer: Layer, view: &ViewState) -> Vec<(f32, String)> {
+    match LayerLook::of(layer).colouring {
+        Colouring::Share { ends: [low, high], .. } => {
+            vec![(0.0, low.to_owned()), (0.5, "1/2".to_owned()), (1.0, high.to_owned())]
+        }
+        Colouring::Magnitude => decades(tone::variance_range(view)),
+        Colouring::Radiance => Vec::new(),
     }
 }
 
@@ -195,14 +188,15 @@ fn fitting(ticks: Vec<(f32, Arc<Galley>)>, width: f32) -> Vec<(f32, Option<Arc<G
 }
 
 /// The colours along the bar, as the picture shows them.
-fn bar_colours(view: &ViewState, dark: bool) -> Vec<Color32> {
+fn bar_colours(layer: Layer, dark: bool) -> Vec<Color32> {
     const STEPS: usize = 64;
-    let map = tone::colour_map(view.layer, dark);
+    let map = tone::colour_map(layer, dark);
+    let from_amber = matches!(LayerLook::of(layer).colouring, Colouring::Share { of: Technique::Bsdf, .. });
     (0..=STEPS)
         .map(|i| {
             let t = i as f32 / STEPS as f32;
             // The number grows to the right; amber stays with the light technique.
-            let t = if view.layer == Layer::WeightBsdf { 1.0 - t } else { t };
+            let t = if from_amber { 1.0 - t } else { t };
             let [r, g, b] = map.at(t).map(|v| (v * 255.0).round() as u8);
             Color32::from_rgb(r, g, b)
         })

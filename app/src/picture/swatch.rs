@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use eframe::egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
 use mislab_renderer::{Channel, Frame};
 
-use crate::picking::{Projector, Target};
-use crate::tone::tone_map;
-use crate::view_state::{ToneMap, ViewState};
+use crate::picture::picking::{Finder, Target};
+use crate::picture::tone::tone_map;
+use crate::state::view::{ToneMap, ViewState};
 
 /// Texels of a swatch.
 const SIZE: [usize; 2] = [96, 48];
@@ -40,13 +40,13 @@ impl Swatches {
         self.key = Some(key);
         self.made = Some(Instant::now());
         let scene = &frame.request().scene;
-        let projector = Projector::new(scene, frame.request().settings.image.resolution);
+        let finder = Finder::new(scene, frame.request().settings.image.resolution);
         for index in 0..scene.materials.len() {
             let target = Target::Material(index);
             if scene.materials[index].bsdf.alpha().is_none() {
                 continue;
             }
-            let Some(bounds) = projector.bounds(scene, target) else { continue };
+            let Some(bounds) = finder.bounds(target) else { continue };
             let image = cut(frame, view, bounds);
             self.textures
                 .entry(target)

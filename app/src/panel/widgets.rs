@@ -7,7 +7,7 @@ use eframe::egui::{
     Widget as _, WidgetText, pos2, vec2,
 };
 
-use crate::theme::{GRID, medium};
+use crate::look::theme::{GRID, medium};
 
 /// Text that is right-aligned in a cell as wide as `template`, so that counting does not move it.
 pub fn number(ui: &mut Ui, text: &str, template: &str, color: Option<Color32>) -> Response {

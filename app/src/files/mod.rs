@@ -1,19 +1,21 @@
 //! Files, off the UI thread: dialogs, opening, snapshots. Results come back as events.
 
-use std::path::{Path, PathBuf};
+pub mod opening;
+pub mod png_file;
+pub mod saving;
+
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
+use mislab_renderer::Frame;
 use mislab_renderer::snapshot::{self, SaveOptions, write_file};
-use mislab_renderer::{Error, Frame, pbrt};
 
-use crate::command::Shipped;
-use crate::document::Opened;
-use crate::png_file;
-use crate::view_state::ViewState;
-use crate::viewport::render_to_rgba8;
+use self::opening::read;
+use self::saving::{SaveJob, next_free};
+use crate::state::document::Opened;
 
 /// What came of something started here.
 #[derive(Debug)]
@@ -154,99 +156,5 @@ impl Files {
                 Err(error) => FileEvent::TableNotSaved(error.to_string()),
             })
         });
-    }
-}
-
-/// A scene shipped inside the program.
-pub fn shipped(which: Shipped) -> Opened {
-    let file = match which {
-        Shipped::Veach => pbrt::embedded_scene(),
-        Shipped::VeachPlastic => pbrt::embedded_plastic_scene(),
-    };
-    Opened::from_scene_file(file, None)
-}
-
-/// Reads a scene or, by its extension, a snapshot.
-///
-/// # Errors
-/// As [`pbrt::load`] and [`snapshot::restore`].
-pub fn read(path: &Path) -> Result<Opened, Error> {
-    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-        return Ok(Opened::from_scene_file(pbrt::load(path)?, Some(path.to_owned())));
-    }
-    let restored = snapshot::restore(path)?;
-    let request = restored.picture_request();
-    let view = restored.view.as_deref().and_then(|text| serde_json::from_str::<ViewState>(text).ok());
-    let stem = path.file_stem().map_or_else(|| "mislab".into(), |s| s.to_string_lossy().into_owned());
-    Ok(Opened {
-        title: stem.clone(),
-        scene: request.scene,
-        settings: request.settings,
-        view: view.unwrap_or_default(),
-        warnings: Vec::new(),
-        path: Some(path.to_owned()),
-        snapshot_stem: stem,
-    })
-}
-
-/// A snapshot to be written.
-pub struct SaveJob {
-    /// The picture.
-    pub frame: Arc<Frame>,
-    /// How it is looked at.
-    pub view: ViewState,
-    /// Dark theme (false colours differ).
-    pub dark: bool,
-    /// Where to.
-    pub folder: PathBuf,
-    /// Name without extension.
-    pub stem: String,
-    /// A PNG of the view beside it.
-    pub png: bool,
-}
-
-impl SaveJob {
-    fn run(self) -> Result<(PathBuf, Option<String>), Error> {
-        let Self { frame, view, dark, folder, stem, png } = self;
-        let extensions: &[&str] = if png { &["exr", "png"] } else { &["exr"] };
-        let path = next_free(&folder, &stem, extensions);
-        let options = SaveOptions { view: serde_json::to_string(&view).ok(), ..SaveOptions::default() };
-        let saved = snapshot::save(&frame, &path, &options)?;
-        if png {
-            let (width, height, rgba) = render_to_rgba8(&frame, &view, dark);
-            let path = path.with_extension("png");
-            let bytes = png_file::encode(width, height, &rgba).map_err(|e| Error::file(&path, e.to_string()))?;
-            write_file(&path, &bytes)?;
-        }
-        Ok((path, saved.notice))
-    }
-}
-
-/// `stem.ext`, or `stem_2.ext`, `stem_3.ext` ...: the first name of which none of the extensions is taken.
-pub fn next_free(folder: &Path, stem: &str, extensions: &[&str]) -> PathBuf {
-    let stem = stem.strip_suffix(".exr").unwrap_or(stem);
-    let name = |n: u32| if n == 1 { stem.to_owned() } else { format!("{stem}_{n}") };
-    let free = |n: &u32| extensions.iter().all(|e| !folder.join(format!("{}.{e}", name(*n))).exists());
-    let n = (1..=u32::MAX).find(free).unwrap_or(u32::MAX);
-    folder.join(format!("{}.{}", name(n), extensions[0]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_never_taken_twice() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let free = |extensions: &[&str]| {
-            let path = next_free(folder.path(), "veach", extensions);
-            path.file_name().expect("a name").to_string_lossy().into_owned()
-        };
-        assert_eq!(free(&["exr"]), "veach.exr");
-        std::fs::write(folder.path().join("veach.exr"), "").expect("write");
-        assert_eq!(free(&["exr", "png"]), "veach_2.exr");
-        std::fs::write(folder.path().join("veach_2.png"), "").expect("write");
-        assert_eq!(free(&["exr", "png"]), "veach_3.exr");
-        assert_eq!(free(&["exr"]), "veach_2.exr");
     }
 }

@@ -1,4 +1,4 @@
-//! One layer of a frame as planes of numbers, and those planes on the GPU.
+//! Planes on the GPU: a pipeline for all pictures, a texture for each.
 
 use std::future::Future;
 use std::pin::pin;
@@ -6,10 +6,11 @@ use std::sync::{Arc, Weak};
 use std::task::{Context, Poll, Waker};
 
 use eframe::egui_wgpu::{self, CallbackResources, CallbackTrait, ScreenDescriptor, wgpu};
-use mislab_renderer::{Frame, Layer, PixelRect};
+use mislab_renderer::PixelRect;
 
-use crate::colormap::{ColourMap, TABLE_LEN};
-use crate::tone::Uniforms;
+use crate::look::colormap::{ColourMap, TABLE_LEN};
+use crate::picture::planes::Planes;
+use crate::picture::tone::Uniforms;
 
 /// Planes per texture. Always three: the GL backend of wgpu makes a plain 2D texture of a single layer,
 /// which an array view cannot read.
@@ -18,84 +19,19 @@ const PLANES: u32 = 3;
 /// Pictures above this go the CPU way, which needs no copy of the picture on the GPU.
 const MAX_TEXTURE_BYTES: u64 = 256 << 20;
 
-/// The numbers of one layer of a frame.
-#[derive(Clone, Debug)]
-pub struct Planes {
-    layer: Layer,
-    bounds: PixelRect,
-    image: [u32; 2],
-    data: Vec<f32>,
-}
-
-impl Planes {
-    /// `data`: for each channel of `layer`, `bounds.area()` numbers row by row from the top left; `image` is the size
-    /// of the full image that `bounds` is part of.
-    ///
-    /// # Panics
-    /// If `data` has another length.
-    pub fn new(layer: Layer, bounds: PixelRect, image: [u32; 2], data: Vec<f32>) -> Self {
-        let expected = layer.channels().len() * bounds.area();
-        assert_eq!(data.len(), expected, "a layer holds one number per pixel and channel");
-        Self { layer, bounds, image, data }
-    }
-
-    /// A layer of a frame.
-    pub fn from_frame(frame: &Frame, layer: Layer) -> Self {
-        let (bounds, channels) = (frame.bounds(), layer.channels());
-        let mut data = vec![0.0; channels.len() * bounds.area()];
-        frame.resolve(channels, &mut data);
-        Self::new(layer, bounds, frame.request().settings.image.resolution, data)
-    }
-
-    /// What the numbers are.
-    pub fn layer(&self) -> Layer {
-        self.layer
-    }
-
-    /// The pixels there are numbers for, in coordinates of the full image.
-    pub fn bounds(&self) -> PixelRect {
-        self.bounds
-    }
-
-    /// Size of the full image in pixels.
-    pub fn image(&self) -> [u32; 2] {
-        self.image
-    }
-
-    /// The planes, one per channel.
-    pub fn channels(&self) -> impl Iterator<Item = &[f32]> {
-        self.data.chunks_exact(self.bounds.area().max(1))
-    }
-
-    /// The numbers of the pixel in column `x` and row `y` of the bounds; a single channel comes three times.
-    pub fn value(&self, x: u32, y: u32) -> [f32; 3] {
-        let area = self.bounds.area();
-        let i = y as usize * self.bounds.width() as usize + x as usize;
-        if self.data.len() == area { [self.data[i]; 3] } else { [0, 1, 2].map(|c| self.data[c * area + i]) }
-    }
-}
-
-/// The shader, its tables and the texture of one picture.
-pub struct FilmTexture {
+/// What all pictures of a window are drawn with: the shader and its tables. Clones are of handles.
+#[derive(Clone)]
+pub struct FilmPipeline {
     device: wgpu::Device,
     queue: wgpu::Queue,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     tables: wgpu::TextureView,
-    uniforms: wgpu::Buffer,
     encoding_target: bool,
-    film: Option<Film>,
 }
 
-struct Film {
-    texture: wgpu::Texture,
-    bind_group: wgpu::BindGroup,
-    /// What the texture holds, which may be gone.
-    planes: Weak<Planes>,
-}
-
-impl FilmTexture {
-    /// The pipeline for a window of that device; `None` if the device refuses it.
+impl FilmPipeline {
+    /// For a window of that device; `None` if the device refuses it.
     pub fn new(render_state: &egui_wgpu::RenderState) -> Option<Self> {
         let egui_wgpu::RenderState { device, queue, target_format, .. } = render_state;
         checked(device, || {
@@ -117,31 +53,53 @@ impl FilmTexture {
             Self {
                 pipeline: pipeline(device, &layout, *target_format),
                 tables: tables(device, queue),
-                uniforms: device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("picture"),
-                    size: size_of::<Uniforms>() as u64,
-                    usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                    mapped_at_creation: false,
-                }),
                 layout,
                 device: device.clone(),
                 queue: queue.clone(),
                 encoding_target: target_format.is_srgb(),
-                film: None,
             }
         })
     }
 
     /// Whether pictures of that size fit the device.
-    pub fn fits(&self, bounds: PixelRect) -> bool {
+    fn fits(&self, bounds: PixelRect) -> bool {
         let side = self.device.limits().max_texture_dimension_2d;
         let bytes = bounds.area() as u64 * u64::from(PLANES) * size_of::<f32>() as u64;
         bounds.area() > 0 && bounds.width() <= side && bounds.height() <= side && bytes <= MAX_TEXTURE_BYTES
     }
+}
+
+/// One picture on the GPU: its numbers, and how they are shown.
+pub struct FilmTexture {
+    shared: FilmPipeline,
+    uniforms: wgpu::Buffer,
+    film: Option<Film>,
+}
+
+struct Film {
+    texture: wgpu::Texture,
+    bind_group: wgpu::BindGroup,
+    /// What the texture holds, which may be gone.
+    planes: Weak<Planes>,
+}
+
+impl FilmTexture {
+    /// Nothing yet; `None` if the device refuses even that.
+    pub fn new(shared: FilmPipeline) -> Option<Self> {
+        let uniforms = checked(&shared.device, || {
+            shared.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("picture"),
+                size: size_of::<Uniforms>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        })?;
+        Some(Self { shared, uniforms, film: None })
+    }
 
     /// What draws `planes`; uploads them unless they are there already. `None` if they do not fit.
     pub fn paint(&mut self, planes: &Arc<Planes>, uniforms: Uniforms) -> Option<impl CallbackTrait + 'static> {
-        if !self.fits(planes.bounds()) {
+        if !self.shared.fits(planes.bounds()) {
             self.film = None;
             return None;
         }
@@ -153,20 +111,21 @@ impl FilmTexture {
         }
         let film = self.film.as_mut()?;
         if Weak::as_ptr(&film.planes) != Arc::as_ptr(planes) {
-            upload(&self.queue, &film.texture, planes);
+            upload(&self.shared.queue, &film.texture, planes);
             film.planes = Arc::downgrade(planes);
         }
         Some(Painter {
-            pipeline: self.pipeline.clone(),
+            pipeline: self.shared.pipeline.clone(),
             bind_group: film.bind_group.clone(),
             buffer: self.uniforms.clone(),
-            uniforms: uniforms.with_encoding_target(self.encoding_target),
+            uniforms: uniforms.with_encoding_target(self.shared.encoding_target),
         })
     }
 
     fn allocate(&self, [width, height]: [u32; 2]) -> Option<Film> {
-        checked(&self.device, || {
-            let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+        let device = &self.shared.device;
+        checked(device, || {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("film"),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: PLANES },
                 mip_level_count: 1,
@@ -180,13 +139,16 @@ impl FilmTexture {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..Default::default()
             });
-            let bind_group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("film"),
-                layout: &self.layout,
+                layout: &self.shared.layout,
                 entries: &[
                     wgpu::BindGroupEntry { binding: 0, resource: self.uniforms.as_entire_binding() },
                     wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
-                    wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&self.tables) },
+                    wgpu::BindGroupEntry {
+                        binding: 2,
+                        resource: wgpu::BindingResource::TextureView(&self.shared.tables),
+                    },
                 ],
             });
             Film { texture, bind_group, planes: Weak::new() }

@@ -119,8 +119,8 @@ pub fn install(ctx: &egui::Context, scale: TypeScale, reduce_motion: bool) {
 /// One family for words and numbers. Roboto's figures are all of one width, so counters stand still.
 pub fn install_fonts(ctx: &egui::Context) {
     let mut fonts = FontDefinitions::default();
-    let regular = include_bytes!("../../assets/fonts/Roboto-Regular.ttf").as_slice();
-    let strong = include_bytes!("../../assets/fonts/Roboto-Medium.ttf").as_slice();
+    let regular = include_bytes!("../../../assets/fonts/Roboto-Regular.ttf").as_slice();
+    let strong = include_bytes!("../../../assets/fonts/Roboto-Medium.ttf").as_slice();
     fonts.font_data.insert("roboto".into(), Arc::new(FontData::from_static(regular)));
     fonts.font_data.insert("roboto-medium".into(), Arc::new(FontData::from_static(strong)));
     let fallbacks = fonts.families.get(&FontFamily::Proportional).cloned().unwrap_or_default();

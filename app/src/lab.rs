@@ -1,0 +1,108 @@
+//! Everything in the window: what is edited, what renders it, what shows it. Panels draw from it, commands change it.
+
+use eframe::egui;
+use eframe::egui_wgpu::RenderState;
+
+use crate::files::Files;
+use crate::look::theme::TypeScale;
+use crate::panel::messages::Messages;
+use crate::panel::open::OpenSheet;
+use crate::panel::palette::Palette;
+use crate::panel::table::TablePanel;
+use crate::picture::engine::Engine;
+use crate::picture::live::LivePicture;
+use crate::picture::pane::{Pane, Panes};
+use crate::picture::picking::Target;
+use crate::picture::swatch::Swatches;
+use crate::state::document::Document;
+use crate::state::history::History;
+use crate::state::pacing::Pacing;
+use crate::state::prefs::Prefs;
+
+/// The lab.
+pub struct Lab {
+    /// What is edited.
+    pub document: Document,
+    /// What undo takes back.
+    pub history: History,
+    /// How fast it goes.
+    pub pacing: Pacing,
+    /// What is kept between runs.
+    pub prefs: Prefs,
+    /// The workers and a live picture for each slot of the document.
+    pub engine: Engine,
+    /// What is on screen of each.
+    pub panes: Panes,
+    /// What the mouse is on in a panel.
+    pub pointed_at: Option<Target>,
+    /// Small pictures of the plates, cut from the active picture.
+    pub swatches: Swatches,
+    /// Work on files.
+    pub files: Files,
+    /// What lies over the window.
+    pub sheets: Sheets,
+    /// What is to be said.
+    pub messages: Messages,
+}
+
+/// What can be opened over the window.
+#[derive(Default)]
+pub struct Sheets {
+    /// The key sheet.
+    pub help: bool,
+    /// The list of all commands.
+    pub palette: Option<Palette>,
+    /// The field for a typed path.
+    pub open: Option<OpenSheet>,
+    /// The tutorial's table.
+    pub table: TablePanel,
+}
+
+impl Lab {
+    /// Starts `threads` workers (0: one per core) that will ask `ctx` for a pass whenever there is news.
+    pub fn new(ctx: &egui::Context, document: Document, prefs: Prefs, threads: usize) -> Self {
+        let mut lab = Self {
+            document,
+            history: History::default(),
+            pacing: Pacing::default(),
+            prefs,
+            engine: Engine::new(ctx, threads),
+            panes: Panes::new(None),
+            pointed_at: None,
+            swatches: Swatches::default(),
+            files: Files::new(ctx),
+            sheets: Sheets::default(),
+            messages: Messages::default(),
+        };
+        lab.match_slots();
+        lab
+    }
+
+    /// Draws pictures on that device from here on.
+    pub fn draw_on(&mut self, render_state: &RenderState) {
+        self.panes = Panes::new(Some(render_state));
+        self.match_slots();
+    }
+
+    /// A live picture and a pane for each slot of the document: to be called after every change of it.
+    pub fn match_slots(&mut self) {
+        let count = self.document.slots().len();
+        self.engine.set_count(count);
+        self.panes.set_count(count);
+    }
+
+    /// The live picture that controls are about.
+    pub fn live(&self) -> &LivePicture {
+        &self.engine.pictures()[self.document.active_index()]
+    }
+
+    /// Its pane.
+    pub fn pane(&self) -> &Pane {
+        &self.panes.all()[self.document.active_index()]
+    }
+
+    /// The size of type: larger in the projector view.
+    pub fn scale(&self) -> TypeScale {
+        if self.prefs.panels { TypeScale::Desk } else { TypeScale::Hall }
+    }
+}

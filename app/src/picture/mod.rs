@@ -1,0 +1,16 @@
+//! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
+
+pub mod engine;
+pub mod film_texture;
+pub mod interaction;
+pub mod legend;
+pub mod live;
+pub mod normalise;
+pub mod pane;
+pub mod picking;
+pub mod pixel;
+pub mod planes;
+pub mod still;
+pub mod swatch;
+pub mod tone;
+pub mod viewport;

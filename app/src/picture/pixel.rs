@@ -1,0 +1,68 @@
+//! The pixel under the cursor: its place and its numbers.
+
+use eframe::egui::{self, Align2, Color32, Rect, Role, Sense, TextStyle, Ui, vec2};
+use mislab_renderer::{Channel, Frame, Layer};
+
+use crate::look::layer::LayerLook;
+use crate::look::theme::GRID;
+
+/// A pixel of a frame.
+pub struct Pixel<'a> {
+    /// The frame.
+    pub frame: &'a Frame,
+    /// Column and row in the full image.
+    pub at: [u32; 2],
+}
+
+impl Pixel<'_> {
+    /// Place and values, on a plate in the lower right corner of the viewport.
+    pub fn overlay(&self, ui: &Ui, viewport: Rect, layer: Layer) {
+        let text = self.text(layer);
+        let font = TextStyle::Body.resolve(ui.style());
+        let galley = ui.painter().layout_no_wrap(text.clone(), font.clone(), ui.visuals().text_color());
+        // As wide as usual values are, so that the plate stands still under a moving cursor.
+        let usual = if LayerLook::of(layer).is_colour() { "R 0.0000   G 0.0000   B 0.0000" } else { "x 0000   y 0000" };
+        let usual = ui.painter().layout_no_wrap(usual.into(), font, Color32::WHITE).size();
+        let size = galley.size().max(usual) + vec2(4.0 * GRID, 3.0 * GRID);
+        let margin = vec2(2.0 * GRID, 2.0 * GRID);
+        // The legend has the lower left corner; in a narrow viewport the two would meet.
+        let corner = if viewport.width() > 600.0 { Align2::RIGHT_BOTTOM } else { Align2::RIGHT_TOP };
+        let plate = corner.align_size_within_rect(size, viewport.shrink2(margin));
+        let painter = ui.painter_at(viewport);
+        painter.rect_filled(plate, 4.0, ui.visuals().panel_fill.gamma_multiply(0.92));
+        painter.galley(plate.min + vec2(2.0 * GRID, 1.5 * GRID), galley, ui.visuals().text_color());
+        let response = ui.interact(plate, ui.scope_id().with("pixel"), Sense::empty());
+        response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, format!("Pixel: {text}")));
+    }
+
+    /// Place and values in a layer.
+    fn text(&self, layer: Layer) -> String {
+        let names = LayerLook::of(layer).values;
+        let values =
+            names.iter().zip(layer.channels()).map(|(name, c)| format!("{name} {}", value_text(self.value(*c))));
+        let [x, y] = self.at;
+        format!("x {x}   y {y}\n{}", values.collect::<Vec<_>>().join("   "))
+    }
+
+    /// All channels, for the clipboard.
+    pub fn table(&self) -> String {
+        let values = Channel::ALL.iter().map(|c| format!("{}\t{}", c.exr_name(), self.value(*c)));
+        let [x, y] = self.at;
+        format!("x\t{x}\ny\t{y}\n{}\n", values.collect::<Vec<_>>().join("\n"))
+    }
+
+    fn value(&self, channel: Channel) -> f32 {
+        let [x, y] = self.at;
+        self.frame.pixel(x, y, channel).unwrap_or(f32::NAN)
+    }
+}
+
+fn value_text(value: f32) -> String {
+    if value.is_nan() {
+        "undefined".into()
+    } else if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
+        format!("{value:.2e}")
+    } else {
+        format!("{value:.4}")
+    }
+}

@@ -1,0 +1,99 @@
+//! Every action of the user, as data: panels, keys and the palette all say what they want in these.
+
+use std::path::PathBuf;
+
+use eframe::egui::ThemePreference;
+
+use super::edit::Edit;
+
+/// One action.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Changes the document.
+    Edit(Edit),
+
+    /// Sets the exposure from the picture, once, in plain sight.
+    Normalise,
+    /// Whole picture in the window.
+    Fit,
+    /// One image pixel per screen pixel.
+    ActualSize,
+
+    /// Holds or goes on.
+    TogglePause,
+    /// One pass, holding.
+    Step,
+    /// Passes per second, `None` for full speed.
+    SetRate(Option<f32>),
+    /// Again from the first sample.
+    Restart,
+
+    /// One step back.
+    Undo,
+    /// One step forward.
+    Redo,
+
+    /// Asks for a file to open.
+    Open,
+    /// Asks for a path to open, without a dialog of the desktop.
+    OpenTyped,
+    /// Opens a scene or a snapshot.
+    OpenPath(PathBuf),
+    /// Opens a scene shipped in the program.
+    OpenShipped(Shipped),
+    /// Saves a snapshot under the next free name.
+    Save,
+    /// Asks for the folder of snapshots.
+    ChooseFolder,
+    /// Copies the picture as it is shown.
+    CopyPicture,
+    /// Copies the values under the cursor.
+    CopyValues,
+
+    /// Shows or hides the side panels (the projector view).
+    TogglePanels,
+    /// Shows or hides the panel on the right.
+    ToggleInspector,
+    /// No fades, or fades again.
+    ToggleMotion,
+    /// Full screen and back.
+    ToggleFullScreen,
+    /// Light, dark or as the system.
+    SetTheme(ThemePreference),
+    /// Makes everything larger or smaller by that factor; `None` is back to 100 %.
+    ZoomInterface(Option<f32>),
+    /// The sheet of keys.
+    ToggleHelp,
+    /// The list of all commands.
+    TogglePalette,
+    /// The tutorial's table.
+    ToggleTable,
+}
+
+impl From<Edit> for Command {
+    fn from(edit: Edit) -> Self {
+        Self::Edit(edit)
+    }
+}
+
+/// Scenes inside the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shipped {
+    /// The tutorial's scene.
+    Veach,
+    /// The public plastic version with an overhead light.
+    VeachPlastic,
+}
+
+impl Shipped {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Veach, Self::VeachPlastic];
+
+    /// Name in menus.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Veach => "Veach's plates (the tutorial)",
+            Self::VeachPlastic => "Veach's plates in plastic, five lights",
+        }
+    }
+}

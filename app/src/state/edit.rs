@@ -1,0 +1,179 @@
+//! Every change of the document, as data: what a control sets. One step of undo is one of these.
+
+use std::num::NonZeroU32;
+use std::sync::Arc;
+
+use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, SamplerSettings, Strategy};
+
+use super::document::Document;
+use super::history::EditKey;
+use super::view::{ToneMap, ViewState};
+
+/// Where a picture stops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SppTarget {
+    /// After so many samples per pixel.
+    Passes(NonZeroU32),
+    /// Never by itself.
+    Endless,
+}
+
+impl SppTarget {
+    /// So many, at least one.
+    pub fn passes(n: u32) -> Self {
+        Self::Passes(NonZeroU32::new(n).unwrap_or(NonZeroU32::MIN))
+    }
+
+    /// The choices offered: the tutorial's two, and the powers of two.
+    pub fn choices() -> Vec<Self> {
+        let mut passes: Vec<u32> = (0..=16).map(|e| 1 << e).chain([36]).collect();
+        passes.sort_unstable();
+        passes.into_iter().map(Self::passes).chain([Self::Endless]).collect()
+    }
+}
+
+/// One change. Estimator and layer are those of the active slot; all else is shared.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// Which strategy.
+    SetStrategy(Strategy),
+    /// c, the probability of the light technique.
+    SetLightProb(f32),
+    /// How two techniques are weighted.
+    SetHeuristic(Heuristic),
+    /// Whether c takes part in one-sample weights.
+    SetWeights(OneSampleWeights),
+    /// The sampling pattern.
+    SetSampler(SamplerKind),
+    /// Random position in each stratum.
+    SetJitter(bool),
+    /// Where to stop.
+    SetSpp(SppTarget),
+    /// Seed of every random number.
+    SetSeed(u32),
+    /// GGX width of a material by index.
+    SetAlpha(usize, f32),
+    /// Radius of the sphere light with that shape index, at constant power.
+    SetLightRadius(usize, f32),
+    /// Turns the light with that shape index on or off.
+    SetLightOn(usize, bool),
+    /// Scene and settings back to the file's.
+    ResetScene,
+
+    /// Which image of the frame.
+    SetLayer(Layer),
+    /// The next layer (or the previous).
+    CycleLayer(isize),
+    /// Exposure in stops.
+    SetExposure(f32),
+    /// Added after exposure.
+    SetOffset(f32),
+    /// More or less exposure, in stops.
+    NudgeExposure(f32),
+    /// More or less offset.
+    NudgeOffset(f32),
+    /// Tone map.
+    SetToneMap(ToneMap),
+    /// Ends of the colour bar of the variance, as log10.
+    SetVarianceRange([f32; 2]),
+    /// Exposure, offset, tone map back to the defaults.
+    ResetView,
+}
+
+impl Edit {
+    /// What a step of undo over it is about: edits alike in this, in one gesture, make one step.
+    pub fn key(&self) -> EditKey {
+        match *self {
+            Self::SetStrategy(_) => EditKey("strategy", 0),
+            Self::SetLightProb(_) => EditKey("c", 0),
+            Self::SetHeuristic(_) => EditKey("heuristic", 0),
+            Self::SetWeights(_) => EditKey("weights", 0),
+            Self::SetSampler(_) => EditKey("sampler", 0),
+            Self::SetJitter(_) => EditKey("jitter", 0),
+            Self::SetSpp(_) => EditKey("spp", 0),
+            Self::SetSeed(_) => EditKey("seed", 0),
+            Self::SetAlpha(material, _) => EditKey("alpha", material),
+            Self::SetLightRadius(shape, _) => EditKey("radius", shape),
+            Self::SetLightOn(shape, _) => EditKey("light on", shape),
+            Self::ResetScene => EditKey("reset scene", 0),
+            Self::SetLayer(_) => EditKey("layer", 0),
+            Self::CycleLayer(_) => EditKey("layer", 1),
+            Self::SetExposure(_) => EditKey("exposure", 0),
+            Self::SetOffset(_) => EditKey("offset", 0),
+            Self::NudgeExposure(_) => EditKey("exposure", 1),
+            Self::NudgeOffset(_) => EditKey("offset", 1),
+            Self::SetToneMap(_) => EditKey("tone map", 0),
+            Self::SetVarianceRange(_) => EditKey("variance range", 0),
+            Self::ResetView => EditKey("reset view", 0),
+        }
+    }
+
+    /// Carries it out. What is out of range or meant for something else changes nothing.
+    pub fn apply(&self, document: &mut Document) {
+        match *self {
+            Self::SetStrategy(strategy) => document.active_mut().estimator.strategy = strategy,
+            Self::SetLightProb(c) => document.active_mut().estimator.light_prob = c.clamp(0.0, 1.0),
+            Self::SetHeuristic(heuristic) => document.active_mut().estimator.heuristic = heuristic,
+            Self::SetWeights(weights) => document.active_mut().estimator.weights = weights,
+            Self::SetSampler(kind) => {
+                document.sampling.sampler.kind = kind;
+                fit_strata(&mut document.sampling.sampler, document.sampling.spp);
+            }
+            Self::SetJitter(jitter) => document.sampling.sampler.jitter = jitter,
+            Self::SetSpp(target) => {
+                document.sampling.spp = match target {
+                    SppTarget::Passes(n) => Some(n),
+                    SppTarget::Endless => None,
+                };
+                fit_strata(&mut document.sampling.sampler, document.sampling.spp);
+            }
+            Self::SetSeed(seed) => document.sampling.seed = seed,
+            Self::SetAlpha(material, alpha) => {
+                let scene = Arc::make_mut(&mut document.scene);
+                if let Some(a) = scene.materials.get_mut(material).and_then(|m| m.bsdf.alpha_mut()) {
+                    *a = alpha.clamp(0.0, 1.0);
+                }
+            }
+            Self::SetLightRadius(shape, radius) => {
+                if shape < document.scene.shapes.len() && radius > 0.0 {
+                    Arc::make_mut(&mut document.scene).set_light_radius(&document.opened.scene, shape, radius);
+                }
+            }
+            Self::SetLightOn(shape, on) => {
+                let scene = Arc::make_mut(&mut document.scene);
+                if let Some(light) = scene.shapes.get_mut(shape).and_then(|s| s.light.as_mut()) {
+                    light.on = on;
+                }
+            }
+            Self::ResetScene => document.reset_scene(),
+            Self::SetLayer(layer) => document.active_mut().layer = layer,
+            Self::CycleLayer(step) => {
+                let layer = &mut document.active_mut().layer;
+                let at = Layer::ALL.iter().position(|l| l == layer).unwrap_or(0);
+                *layer = Layer::ALL[(at as isize + step).rem_euclid(Layer::ALL.len() as isize) as usize];
+            }
+            Self::SetExposure(ev) => document.view.exposure_ev = ev,
+            Self::SetOffset(offset) => document.view.offset = offset,
+            Self::NudgeExposure(stops) => {
+                let ev = &mut document.view.exposure_ev;
+                *ev = (*ev + stops).clamp(-ViewState::MAX_EV, ViewState::MAX_EV);
+            }
+            Self::NudgeOffset(step) => {
+                let offset = &mut document.view.offset;
+                *offset = ((*offset + step) * 100.0).round() / 100.0;
+            }
+            Self::SetToneMap(tone_map) => document.view.tone_map = tone_map,
+            Self::SetVarianceRange(range) => document.view.variance_range = range,
+            Self::ResetView => document.view.reset_display(),
+        }
+    }
+}
+
+/// A stratified pattern has as many strata as the picture has samples, so that the whole of it is
+/// used; other samplers keep theirs, which has no effect on them.
+fn fit_strata(sampler: &mut SamplerSettings, spp: Option<NonZeroU32>) {
+    let (SamplerKind::Stratified, Some(spp)) = (sampler.kind, spp) else { return };
+    if u64::from(sampler.strata[0]) * u64::from(sampler.strata[1]) != u64::from(spp.get()) {
+        sampler.strata = SamplerSettings::strata_for(spp.get());
+    }
+}
