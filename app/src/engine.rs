@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use mislab_renderer::{Frame, Pace, Picture, Renderer, Request, Status};
+use mislab_renderer::{Frame, Frames, Pace, Picture, Renderer, Request, Status, Subscription};
 
 /// How long the old picture may stand unmarked after a change: shorter than one notices, longer
 /// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
@@ -15,6 +15,8 @@ pub struct Engine {
     // Dropped first: the picture leaves before its renderer joins its threads.
     picture: Option<Picture>,
     renderer: Option<Renderer>,
+    /// What the window has asked for: a frame at a time.
+    frames: Frames,
     threads: usize,
     submitted: Option<Request>,
     generation: u64,
@@ -32,8 +34,10 @@ impl Engine {
         let ctx = ctx.clone();
         // A repaint at once would cost two passes.
         let renderer = Renderer::new(threads, move || ctx.request_repaint_after(Duration::from_millis(1)));
+        let picture = renderer.add_picture();
         Self {
-            picture: Some(renderer.add_picture()),
+            frames: picture.subscribe(Subscription::live()),
+            picture: Some(picture),
             threads: renderer.threads(),
             renderer: Some(renderer),
             submitted: None,
@@ -90,7 +94,7 @@ impl Engine {
     /// Takes the newest frame for a pass of the window, unless it holds one.
     pub fn hold(&mut self) {
         if self.frame.is_none() {
-            self.frame = self.picture.as_ref().and_then(Picture::latest);
+            self.frame = self.frames.take().or_else(|| self.picture.as_ref()?.latest());
             self.shown = self.frame.as_ref().map(|frame| frame.generation());
         }
     }
@@ -98,6 +102,7 @@ impl Engine {
     /// Gives it back: the pass is over.
     pub fn release(&mut self) {
         self.frame = None;
+        self.frames.release();
     }
 
     /// The frame of this pass or, between passes, the newest one; perhaps of older settings.

@@ -12,10 +12,11 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::build::BuiltScene;
+use crate::engine::{Picture, Renderer};
 use crate::error::Error;
 use crate::film::Tile;
 use crate::kernel::{Lanewise, render_tile};
-use crate::progressive::{Picture, Renderer, Request, render};
+use crate::request::Request;
 use crate::scene::Scene;
 use crate::settings::{PixelRect, Settings, Strategy};
 
@@ -134,13 +135,14 @@ fn threads(scene: &Arc<Scene>, time: Duration) -> Result<Threads, Error> {
     let count = std::thread::available_parallelism().map_or(1, usize::from);
     let settings = Settings { strategy: Strategy::Mis, spp: NonZeroU32::new(16), ..Settings::default() };
     let request = Request { scene: scene.clone(), settings };
+    let renderers = [1, count].map(|threads| Renderer::new(threads, || {}));
     let mut shortest = [f64::INFINITY; 2];
     let start = Instant::now();
     let mut round = 0;
     while round < 2 || start.elapsed() < time {
-        for (shortest, threads) in shortest.iter_mut().zip([1, count]) {
+        for (shortest, renderer) in shortest.iter_mut().zip(&renderers) {
             let start = Instant::now();
-            render(&request, threads, &mut |_| true)?;
+            renderer.render(&request, &mut |_| true)?;
             *shortest = shortest.min(start.elapsed().as_secs_f64());
         }
         round += 1;

@@ -13,28 +13,29 @@
 //! [`bsdf`] and [`warp`] the two techniques' samples and densities; [`sampler`] the random numbers;
 //! [`lanes`] how one text runs on many pixels at once. [`scene`] and [`settings`] say *what* is
 //! rendered, [`build`], [`geometry`], [`shape`] and [`camera`] bring it into shape, [`kernel`] walks
-//! over pixels, [`film`] adds up, [`progressive`] does so in the background and hands out a
+//! over pixels, [`film`] adds up, [`engine`] does so in the background and hands out a
 //! [`frame`]. [`patch`] narrows the scene down for a few pixels at a time. [`pbrt`] reads scene files.
 
 pub mod benchmark;
 pub mod bsdf;
 pub mod build;
 pub mod camera;
+pub mod engine;
 pub mod error;
 pub mod estimator;
 pub mod film;
 pub mod frame;
 pub mod geometry;
-mod job;
 pub mod kernel;
 pub mod lanes;
+pub mod layer;
 pub mod light;
 mod light_tree;
 pub mod metrics;
 pub mod mis;
 pub mod patch;
 pub mod pbrt;
-pub mod progressive;
+pub mod request;
 pub mod sampler;
 pub mod scene;
 pub mod settings;
@@ -44,8 +45,13 @@ pub mod table;
 mod tree;
 pub mod warp;
 
+pub use engine::{
+    Abreast, Frames, Lockstep, Marks, Pace, Picture, Progress, Renderer, State, Status, Subscription, render,
+    simd_level_name,
+};
 pub use error::{Diagnostic, Error, Location};
-pub use frame::{Channel, Frame, FrameStats, Layer};
-pub use progressive::{Pace, Picture, Progress, Renderer, Request, State, Status, render, simd_level_name};
+pub use frame::{Frame, FrameStats};
+pub use layer::{Channel, Layer};
+pub use request::Request;
 pub use scene::{Bsdf, Camera, Geometry, Light, Material, Reflectance, Scene, Shape};
 pub use settings::{Heuristic, OneSampleWeights, PixelRect, SamplerKind, SamplerSettings, Settings, Strategy};

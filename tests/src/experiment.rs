@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 use mislab_renderer::{
-    Camera, Channel, Frame, Geometry, Request, SamplerKind, SamplerSettings, Scene, Settings, progressive,
+    Camera, Channel, Frame, Geometry, Request, SamplerKind, SamplerSettings, Scene, Settings, engine,
 };
 
 use crate::oracle::LUMINANCE;
@@ -43,7 +43,7 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings) -> Arc<Frame> {
 /// If the request is refused.
 pub fn render_on(threads: usize, scene: &Arc<Scene>, settings: &Settings) -> Arc<Frame> {
     let request = Request { scene: scene.clone(), settings: settings.clone() };
-    progressive::render(&request, threads, &mut |_| true).expect("the request can be rendered")
+    engine::render(&request, threads, &mut |_| true).expect("the request can be rendered")
 }
 
 /// A camera at `eye` that looks at `target`, with this field of view.

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use mislab_renderer::kernel::Lanewise;
 use mislab_renderer::snapshot::{Contents, SaveOptions};
 use mislab_renderer::{
-    Channel, Frame, Renderer, Request, SamplerKind, SamplerSettings, Settings, State, Strategy, progressive,
+    Channel, Frame, Renderer, Request, SamplerKind, SamplerSettings, Settings, State, Strategy, engine,
 };
 use mislab_tests::experiment::{render_on, veach};
 
@@ -26,7 +26,7 @@ fn cases() -> Vec<Request> {
 }
 
 fn render(request: &Request, how: Lanewise) -> Arc<Frame> {
-    progressive::render_with(request, 0, how, &mut |_| true).expect("the request can be rendered")
+    engine::render_with(request, 0, how, &mut |_| true).expect("the request can be rendered")
 }
 
 fn green(frame: &Frame) -> Vec<f64> {

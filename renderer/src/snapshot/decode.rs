@@ -16,7 +16,7 @@ use exr::meta::{BlockDescription, MetaData};
 use super::{Image, MAX_IMAGE_BYTES, Restored, Window, names};
 use crate::build::BuiltScene;
 use crate::error::Error;
-use crate::progressive::Request;
+use crate::request::Request;
 use crate::scene::Scene;
 use crate::settings::Settings;
 

@@ -15,8 +15,9 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::error::Error;
-use crate::frame::{Channel, Frame, FrameStats};
-use crate::progressive::Request;
+use crate::frame::{Frame, FrameStats};
+use crate::layer::Channel;
+use crate::request::Request;
 use crate::settings::PixelRect;
 
 /// What this program calls itself in files (`software`).
