@@ -41,16 +41,20 @@ fn progress(frame: &Frame, by: Lockstep) -> f64 {
     }
 }
 
-/// Renders a small and a large picture with one worker, that makes a frame of every pass and looks at both after each. Returns
-/// what both had at each look. Without lock-step the small one, of fewer tiles, would be far ahead.
+/// Renders two pictures with one worker, that makes a frame of every pass and looks at both after each. Returns what both had at
+/// each look until one of them was finished and the other free. Without lock-step the smaller, of fewer tiles, would be far ahead.
 fn race(by: Lockstep, requests: [Request; 2]) -> Vec<[f64; 2]> {
     let looks = Arc::new(Mutex::new(Vec::new()));
     let pair = Arc::new(OnceLock::<[(Picture, Frames); 2]>::new());
     let (list, there) = (looks.clone(), pair.clone());
     let renderer = Renderer::new(1, move || {
         let Some(pair) = there.get() else { return };
-        let both = pair.each_ref().map(|(picture, _)| picture.latest().map_or(0.0, |frame| progress(&frame, by)));
-        list.lock().unwrap_or_else(PoisonError::into_inner).push(both);
+        let frames = pair.each_ref().map(|(picture, _)| picture.latest());
+        let target = |frame: &Frame| Some(frame.spp()) == frame.request().settings.spp.map(NonZeroU32::get);
+        if !frames.iter().flatten().any(|frame| target(frame)) {
+            let both = frames.map(|frame| frame.map_or(0.0, |frame| progress(&frame, by)));
+            list.lock().unwrap_or_else(PoisonError::into_inner).push(both);
+        }
     });
     let every_pass = Subscription { max_hz: Some(f32::INFINITY), ..Subscription::default() };
     let pair = pair.get_or_init(|| {
@@ -60,26 +64,30 @@ fn race(by: Lockstep, requests: [Request; 2]) -> Vec<[f64; 2]> {
             (picture, frames)
         })
     });
-    let [a, b] = pair.each_ref().map(|(picture, _)| picture);
-    let abreast = renderer.keep_abreast(&[a, b], by);
-    for (picture, request) in [a, b].into_iter().zip(requests.clone()) {
+    let pictures = pair.each_ref().map(|(picture, _)| picture);
+    // Nobody waits for a picture that has no request yet: both make their first pass before either makes a second one.
+    for (picture, request) in pictures.into_iter().zip(requests.clone()) {
+        picture.set_pace(Pace::PassesPerSecond(1e-3));
         picture.submit(request);
+        wait("the first pass", || picture.status().spp == 1);
     }
-    // Until one is finished: the other is then free.
-    wait("the first target", || is(a, State::Finished) || is(b, State::Finished));
-    let count = looks.lock().unwrap_or_else(PoisonError::into_inner).len();
-    wait("both targets", || is(a, State::Finished) && is(b, State::Finished));
-    for (picture, request) in [a, b].into_iter().zip(&requests) {
+    let abreast = renderer.keep_abreast(&pictures, by);
+    for picture in pictures {
+        picture.set_pace(Pace::Full);
+    }
+    for (picture, request) in pictures.into_iter().zip(&requests) {
+        wait("the target", || is(picture, State::Finished));
         let frame = picture.latest().expect("a finished picture has a frame");
-        assert_eq!(bits(&frame), bits(&render(request, 1, &mut |_| true).expect("renders")), "lock-step changes a bit");
+        let alone = render(request, 1, &mut |_| true).expect("renders");
+        assert!(bits(&frame) == bits(&alone), "lock-step changes a bit");
     }
+    // Joins the worker: it may still be looking.
     drop((abreast, renderer));
     let looks = looks.lock().unwrap_or_else(PoisonError::into_inner);
-    // The looks up to the first target, one less than counted: the last may have come after it.
-    looks[..count - 1].to_vec()
+    looks.clone()
 }
 
-/// At every look, whoever is ahead got there by his last pass.
+/// At every look, whoever is ahead got there by his last pass: it began when he was not.
 fn within_one_pass(looks: &[[f64; 2]]) {
     assert!(looks.len() > 20, "{} looks", looks.len());
     let mut before = [0.0; 2];
@@ -163,7 +171,8 @@ fn the_fast_wait_for_the_slow_until_one_of_them_leaves() {
         let abreast = renderer.keep_abreast(&[&slow, &fast], Lockstep::Spp);
         fast.submit(request(16, Strategy::Mis, 50));
         wait("a pass ahead", || fast.status().spp == 2);
-        std::thread::sleep(Duration::from_millis(5));
+        // The workers look for something to do all the while.
+        renderer.render(&request(64, Strategy::Mis, 20), &mut |_| true).expect("renders");
         assert_eq!((slow.status().spp, fast.status().spp), (1, 2), "a pass ahead, and no further");
         let _other = match leave {
             0 => {
