@@ -321,7 +321,8 @@ impl PictureState {
                 if !work.finish_tile(cpu_seconds, now) {
                     return Outcome::Nothing;
                 }
-                let always = work.published == 0 || work.finished();
+                let first_or_last = work.published == 0 || work.finished();
+                let always = first_or_last || self.job.as_ref().is_some_and(|job| self.held(job));
                 Outcome::Pass(self.publish(now, always))
             }
             Err(panic) => {
