@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use mislab_renderer::{
-    Channel, Frame, Frames, Marks, Pace, Picture, Renderer, Request, Settings, State, Subscription, pbrt, render,
+    Channel, Frame, Frames, Marks, Picture, Renderer, Request, Settings, State, Subscription, pbrt, render,
 };
 
 fn request(spp: u32) -> Request {
@@ -129,23 +129,6 @@ fn without_a_subscription_there_are_the_first_frame_and_the_last() {
     let idle = Subscription { one_at_a_time: true, ..every_pass() };
     assert_eq!(shown(Some(idle)), [1, 400], "a subscriber who does not come for the first");
     assert_eq!(shown(Some(Subscription::at(Marks::At(vec![5, 100])))), [1, 5, 100, 400]);
-}
-
-#[test]
-fn every_pass_of_a_pause_is_a_frame_for_all() {
-    let renderer = Renderer::new(2, || {});
-    let picture = renderer.add_picture();
-    picture.set_pace(Pace::Paused);
-    picture.submit(request(400));
-    for spp in 1..20 {
-        let start = Instant::now();
-        while (picture.status().spp, picture.status().state) != (spp, State::Paused) {
-            assert!(start.elapsed() < Duration::from_secs(60), "waited a minute for {spp} spp");
-            std::thread::yield_now();
-        }
-        assert_eq!(picture.latest().map(|frame| frame.spp()), Some(spp), "its frame comes with it");
-        picture.step();
-    }
 }
 
 #[test]

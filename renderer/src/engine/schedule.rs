@@ -385,3 +385,45 @@ impl PictureState {
         self.error = Some(format!("a render thread failed: {what}"));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pbrt::embedded_scene;
+    use crate::settings::Settings;
+
+    /// Makes all tiles of a pass without a sample in them.
+    fn pass(p: &mut PictureState) -> Outcome {
+        loop {
+            let Ok(Task::Tile(task)) = p.claim(Instant::now(), u32::MAX) else { panic!("no pass may begin") };
+            let tile = Tile::new(task.rect, task.request.settings.strategy, None);
+            match p.take_tile(task.job, task.index, tile, None, Ok(0), 0.0) {
+                Outcome::Nothing => {}
+                end => return end,
+            }
+        }
+    }
+
+    #[test]
+    fn the_pass_that_a_pause_ends_with_makes_its_frame_at_once() {
+        let file = embedded_scene();
+        let settings = Settings { resolution: [16, 16], spp: None, ..file.settings };
+        let request = Arc::new(Request { scene: Arc::new(file.scene), settings });
+        let built = BuiltScene::new(&request.scene, &request.settings).map(Arc::new);
+        let mut p = PictureState::new(1);
+        p.set_pace(Pace::Paused);
+        let generation = p.submit(request.clone());
+        assert!(matches!(p.claim(Instant::now(), 1), Ok(Task::Build { .. })));
+        p.take_built(generation, request, built, Machine::default());
+        for spp in 1..9 {
+            assert!(matches!(pass(&mut p), Outcome::Pass(Some(_))), "a frame at {spp} spp");
+            assert_eq!((p.status().state, p.status().spp), (State::Paused, spp));
+            assert!(matches!(p.claim(Instant::now(), 1), Err(LONG)), "nothing is left to do");
+            p.step();
+        }
+        // Two steps: a pause comes after the second.
+        p.step();
+        assert!(matches!(pass(&mut p), Outcome::Pass(None)), "nobody asked for it");
+        assert!(matches!(pass(&mut p), Outcome::Pass(Some(_))));
+    }
+}
