@@ -4,6 +4,7 @@
 //! is timed many times and its shortest time counts, so that other programs on the machine
 //! do not; ratios come from one run. Latencies are as they are, other programs included.
 
+use mislab_kernel::request::{Estimator, ImageSettings, Sampling};
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 use std::sync::{Arc, mpsc};
@@ -11,13 +12,13 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use crate::engine::{Picture, Renderer};
 use crate::error::Error;
-use crate::progressive::{Picture, Renderer, render};
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
 use mislab_kernel::request::Request;
 use mislab_kernel::request::scene::Scene;
-use mislab_kernel::request::{Estimator, ImageSettings, PixelRect, Sampling, Settings, Strategy};
+use mislab_kernel::request::{PixelRect, Settings, Strategy};
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::BuiltScene;
 
@@ -141,13 +142,14 @@ fn threads(scene: &Arc<Scene>, time: Duration) -> Result<Threads, Error> {
         ..Settings::default()
     };
     let request = Request { scene: scene.clone(), settings };
+    let renderers = [1, count].map(|threads| Renderer::new(threads, || {}));
     let mut shortest = [f64::INFINITY; 2];
     let start = Instant::now();
     let mut round = 0;
     while round < 2 || start.elapsed() < time {
-        for (shortest, threads) in shortest.iter_mut().zip([1, count]) {
+        for (shortest, renderer) in shortest.iter_mut().zip(&renderers) {
             let start = Instant::now();
-            render(&request, threads, &mut |_| true)?;
+            renderer.render(&request, &mut |_| true)?;
             *shortest = shortest.min(start.elapsed().as_secs_f64());
         }
         round += 1;

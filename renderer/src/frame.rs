@@ -1,97 +1,14 @@
-//! An immutable snapshot of a picture in progress, and the layers in it.
+//! An immutable snapshot of a picture in progress, and how values come out of its sums.
 
 use std::sync::Arc;
 
+use crate::layer::Channel;
 use mislab_kernel::film::{COUNT, LUMINANCE, Tile, WEIGHT};
 use mislab_kernel::geometry::grid::BLOCK;
 use mislab_kernel::lanes::{Level, PACKET, dispatch};
-use mislab_kernel::request::PixelRect;
 use mislab_kernel::request::Request;
-
-/// One image of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Layer {
-    /// The estimate itself: visible emission plus both contributions.
-    Picture,
-    /// Weighted contribution of the light technique.
-    Light,
-    /// Weighted contribution of the BSDF technique.
-    Bsdf,
-    /// Mean MIS weight of the light samples that carried light.
-    WeightLight,
-    /// Mean MIS weight of the BSDF samples that carried light.
-    WeightBsdf,
-    /// Light technique's share of the reflected luminance.
-    ShareLight,
-    /// Variance of the luminance of one sample.
-    Variance,
-}
-
-impl Layer {
-    /// All layers, in the order shown to users.
-    pub const ALL: [Self; 7] =
-        [Self::Picture, Self::Light, Self::Bsdf, Self::WeightLight, Self::WeightBsdf, Self::ShareLight, Self::Variance];
-
-    /// The channels of the layer: three for colour, one for a quantity.
-    pub fn channels(self) -> &'static [Channel] {
-        use Channel::*;
-        match self {
-            Self::Picture => &[R, G, B],
-            Self::Light => &[LightR, LightG, LightB],
-            Self::Bsdf => &[BsdfR, BsdfG, BsdfB],
-            Self::WeightLight => &[WeightLightY],
-            Self::WeightBsdf => &[WeightBsdfY],
-            Self::ShareLight => &[ShareLightY],
-            Self::Variance => &[VarianceY],
-        }
-    }
-}
-
-/// One plane of numbers of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "named after their layer and colour")]
-pub enum Channel {
-    R,
-    G,
-    B,
-    LightR,
-    LightG,
-    LightB,
-    BsdfR,
-    BsdfG,
-    BsdfB,
-    WeightLightY,
-    WeightBsdfY,
-    ShareLightY,
-    VarianceY,
-}
-
-impl Channel {
-    /// All channels.
-    pub const ALL: [Self; 13] = {
-        use Channel::*;
-        [R, G, B, LightR, LightG, LightB, BsdfR, BsdfG, BsdfB, WeightLightY, WeightBsdfY, ShareLightY, VarianceY]
-    };
-
-    /// Name in EXR files.
-    pub fn exr_name(self) -> &'static str {
-        match self {
-            Self::R => "R",
-            Self::G => "G",
-            Self::B => "B",
-            Self::LightR => "light.R",
-            Self::LightG => "light.G",
-            Self::LightB => "light.B",
-            Self::BsdfR => "bsdf.R",
-            Self::BsdfG => "bsdf.G",
-            Self::BsdfB => "bsdf.B",
-            Self::WeightLightY => "w_light.Y",
-            Self::WeightBsdfY => "w_bsdf.Y",
-            Self::ShareLightY => "share_light.Y",
-            Self::VarianceY => "variance.Y",
-        }
-    }
-}
+use mislab_kernel::request::{PixelRect, Strategy};
+use mislab_kernel::world::BuiltScene;
 
 /// How much work a frame took.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,10 +36,12 @@ impl FrameStats {
 
 /// An immutable snapshot of a picture after a whole number of passes. It shares its accumulators
 /// with the renderer (which copies before it writes), so that making one costs nothing, and any
-/// layer can be worked out from it, now or later, at full precision.
+/// layer can be worked out from it, now or later, at full precision. To keep one delays nothing and costs
+/// [`Self::bytes`] of memory.
 #[derive(Debug)]
 pub struct Frame {
     pub(crate) request: Arc<Request>,
+    pub(crate) scene: Arc<BuiltScene>,
     pub(crate) generation: u64,
     pub(crate) spp: u32,
     pub(crate) bounds: PixelRect,
@@ -156,6 +75,23 @@ impl Frame {
         self.stats
     }
 
+    /// The scene as it was rendered: what camera rays and shadow rays of this frame met.
+    pub fn scene(&self) -> &Arc<BuiltScene> {
+        &self.scene
+    }
+
+    /// Memory of its sums in bytes, which it keeps while it is held: 51 MB for both techniques at 800 x 800.
+    pub fn bytes(&self) -> usize {
+        // Sums are pairs of floats: four of a technique, which counts its samples too, the square of the luminance
+        // and, where a light is seen, three of its emission.
+        let techniques = match self.request.settings.estimator.strategy {
+            Strategy::Light | Strategy::Bsdf => 1,
+            Strategy::MisAll | Strategy::Mis => 2,
+        };
+        let floats = |tile: &Tile| 2 + techniques * 9 + if tile.emission(0, 0).is_some() { 6 } else { 0 };
+        self.tiles.iter().map(|tile| tile.block_count() * PACKET * floats(tile) * size_of::<f32>()).sum()
+    }
+
     /// Writes channels one after the other: `bounds().area()` values each, row by row from the top
     /// left. Undefined values (no sample of the technique carried light; variance of a single
     /// sample, or of luminances whose squares add up to more than an f32 holds) are NaN.
@@ -163,14 +99,60 @@ impl Frame {
     /// # Panics
     /// If `out` has another length.
     pub fn resolve(&self, channels: &[Channel], out: &mut [f32]) {
-        let area = self.bounds.area();
-        assert_eq!(out.len(), channels.len() * area, "one value per channel and pixel of the frame");
+        self.resolve_rect(channels, self.bounds, out);
+    }
+
+    /// The same for a part of the picture, in coordinates of the full image: `rect.area()` values of each channel. Only
+    /// the blocks of pixels that it touches are worked out.
+    ///
+    /// # Panics
+    /// If `rect` is not inside [`Self::bounds`], or `out` has another length.
+    pub fn resolve_rect(&self, channels: &[Channel], rect: PixelRect, out: &mut [f32]) {
+        let area = rect.area();
+        assert_eq!(out.len(), channels.len() * area, "one value per channel and pixel of the rectangle");
+        if area == 0 {
+            return;
+        }
+        assert_eq!(intersection(rect, self.bounds), rect, "the rectangle is inside the frame");
         let level = Level::new();
         // Tile by tile, so that all channels of a tile are worked out while its sums are in the cache.
         for tile in &self.tiles {
             for (plane, &channel) in out.chunks_exact_mut(area).zip(channels) {
                 // Dispatched so that the plain loops inside are vectorised for this machine.
-                dispatch!(level, _simd => resolve_tile(tile, channel, self.bounds, plane));
+                dispatch!(level, _simd => resolve_tile(tile, channel, rect, plane));
+            }
+        }
+    }
+
+    /// The same for chosen pixels of the full image, in any order: `pixels.len()` values of each channel, in the order
+    /// of `pixels`. However many of them share a block, it is worked out once.
+    ///
+    /// # Panics
+    /// If a pixel is not inside [`Self::bounds`], or `out` has another length.
+    pub fn resolve_pixels(&self, channels: &[Channel], pixels: &[[u32; 2]], out: &mut [f32]) {
+        assert_eq!(out.len(), channels.len() * pixels.len(), "one value per channel and pixel");
+        if pixels.is_empty() {
+            return;
+        }
+        let mut places: Vec<Place> = Vec::with_capacity(pixels.len());
+        for (index, &pixel) in pixels.iter().enumerate() {
+            // Neighbours are mostly in the same tile.
+            let last = places.last().map(|place| place.tile).filter(|&t| contains(self.tiles[t].bounds, pixel));
+            let tile = last.or_else(|| self.tiles.iter().position(|tile| contains(tile.bounds, pixel)));
+            let tile = tile.expect("the pixel is inside the frame");
+            let (block, lane) = self.tiles[tile].locate(pixel[0], pixel[1]);
+            places.push(Place { tile, block, lane, index });
+        }
+        places.sort_unstable_by_key(|place| (place.tile, place.block));
+        let level = Level::new();
+        for group in places.chunk_by(|a, b| (a.tile, a.block) == (b.tile, b.block)) {
+            let (tile, block) = (&self.tiles[group[0].tile], group[0].block);
+            for (plane, &channel) in out.chunks_exact_mut(pixels.len()).zip(channels) {
+                let mut values = [0.0; PACKET];
+                dispatch!(level, _simd => resolve_block(tile, channel, block, &mut values));
+                for place in group {
+                    plane[place.index] = values[place.lane];
+                }
             }
         }
     }
@@ -184,8 +166,7 @@ impl Frame {
 
     /// One value at a pixel of the full image; `None` outside [`Self::bounds`].
     pub fn pixel(&self, x: u32, y: u32, channel: Channel) -> Option<f32> {
-        let inside = |r: &PixelRect| (r.min[0]..r.max[0]).contains(&x) && (r.min[1]..r.max[1]).contains(&y);
-        let tile = self.tiles.iter().find(|tile| inside(&tile.bounds))?;
+        let tile = self.tiles.iter().find(|tile| contains(tile.bounds, [x, y]))?;
         let (block, lane) = tile.locate(x, y);
         let mut values = [0.0; PACKET];
         resolve_block(tile, channel, block, &mut values);
@@ -193,24 +174,50 @@ impl Frame {
     }
 }
 
+/// Where a pixel is: tile of the frame, block of the tile, lane of the block; and its index among those asked for.
+struct Place {
+    tile: usize,
+    block: usize,
+    lane: usize,
+    index: usize,
+}
+
+fn contains(rect: PixelRect, [x, y]: [u32; 2]) -> bool {
+    (rect.min[0]..rect.max[0]).contains(&x) && (rect.min[1]..rect.max[1]).contains(&y)
+}
+
+/// The pixels of both; an area of 0 where there are none.
+fn intersection(a: PixelRect, b: PixelRect) -> PixelRect {
+    PixelRect { min: [0, 1].map(|i| a.min[i].max(b.min[i])), max: [0, 1].map(|i| a.max[i].min(b.max[i])) }
+}
+
+/// The pixels that a tile has of `rect`, into the plane of that rectangle.
 #[inline(always)]
-fn resolve_tile(tile: &Tile, channel: Channel, bounds: PixelRect, out: &mut [f32]) {
-    let width = bounds.width() as usize;
-    for block in 0..tile.block_count() {
-        let mut values = [0.0; PACKET];
-        resolve_block(tile, channel, block, &mut values);
-        let [x0, y0] = tile.block_corner(block);
-        let columns = tile.bounds.min[0].max(x0)..tile.bounds.max[0].min(x0 + BLOCK[0]);
-        for row in 0..BLOCK[1] {
-            let y = y0 + row;
-            if y < tile.bounds.min[1] || y >= tile.bounds.max[1] {
-                continue;
+fn resolve_tile(tile: &Tile, channel: Channel, rect: PixelRect, out: &mut [f32]) {
+    let part = intersection(tile.bounds, rect);
+    if part.area() == 0 {
+        return;
+    }
+    let width = rect.width() as usize;
+    let mut y = part.min[1];
+    while y < part.max[1] {
+        // All blocks of a row of blocks that hold a pixel of the part.
+        let [first, last] = [part.min[0], part.max[0] - 1].map(|x| tile.locate(x, y).0);
+        let [_, top] = tile.block_corner(first);
+        let rows = y..part.max[1].min(top + BLOCK[1]);
+        for block in first..=last {
+            let mut values = [0.0; PACKET];
+            resolve_block(tile, channel, block, &mut values);
+            let [left, _] = tile.block_corner(block);
+            let columns = part.min[0].max(left)..part.max[0].min(left + BLOCK[0]);
+            for y in rows.clone() {
+                let to = (y - rect.min[1]) as usize * width + (columns.start - rect.min[0]) as usize;
+                let from = ((y - top) * BLOCK[0] + columns.start - left) as usize;
+                let count = columns.len();
+                out[to..to + count].copy_from_slice(&values[from..from + count]);
             }
-            let to = (y - bounds.min[1]) as usize * width + (columns.start - bounds.min[0]) as usize;
-            let from = (row * BLOCK[0] + columns.start - x0) as usize;
-            let count = columns.len();
-            out[to..to + count].copy_from_slice(&values[from..from + count]);
         }
+        y = rows.end;
     }
 }
 

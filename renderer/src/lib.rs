@@ -1,26 +1,30 @@
 //! The renderer of MIS Lab: everything that makes pictures and numbers, and no window.
 //!
 //! What runs once per sample (the estimator, lights, BSDFs, random numbers, intersections) is a crate of its own,
-//! [`kernel`]: start reading at its [`kernel::estimator`]. Here a [`Request`] becomes a stream of [`Frame`]s:
-//! [`progressive`] renders in the background, [`frame`] is an immutable snapshot with its layers; [`pbrt`] reads scene
-//! files, [`snapshot`] reads and writes EXR files, [`metrics`] and [`table`] measure.
+//! [`kernel`]: start reading at its [`kernel::estimator`]. Here a [`Request`] becomes a stream of [`Frame`]s: [`engine`]
+//! renders in the background, [`frame`] is an immutable snapshot with its [`layer`]s; [`pbrt`] reads scene files,
+//! [`snapshot`] reads and writes EXR files, [`metrics`] and [`table`] measure.
 
 pub mod benchmark;
+pub mod engine;
 pub mod error;
 pub mod frame;
-mod job;
+pub mod layer;
 pub mod metrics;
 pub mod pbrt;
-pub mod progressive;
 pub mod snapshot;
 pub mod table;
 
+pub use engine::{
+    Abreast, Frames, Lockstep, Marks, Pace, Picture, Progress, Renderer, State, Status, Subscription, render,
+    simd_level_name,
+};
 pub use error::{Diagnostic, Error, Location};
-pub use frame::{Channel, Frame, FrameStats, Layer};
+pub use frame::{Frame, FrameStats};
+pub use layer::{Channel, Layer};
 pub use mislab_kernel as kernel;
 pub use mislab_kernel::request::{
     Bsdf, Camera, Estimator, Geometry, Heuristic, ImageSettings, Light, Material, OneSampleWeights, PixelRect,
     Reflectance, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings, Shape, Strategy,
 };
 pub use mislab_kernel::world::projection;
-pub use progressive::{Pace, Picture, Progress, Renderer, State, Status, render, simd_level_name};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3};
 use mislab_renderer::{
     Camera, Channel, Frame, Geometry, ImageSettings, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings,
-    progressive,
+    engine,
 };
 
 use crate::oracle::LUMINANCE;
@@ -46,7 +46,7 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings) -> Arc<Frame> {
 /// If the request is refused.
 pub fn render_on(threads: usize, scene: &Arc<Scene>, settings: &Settings) -> Arc<Frame> {
     let request = Request { scene: scene.clone(), settings: settings.clone() };
-    progressive::render(&request, threads, &mut |_| true).expect("the request can be rendered")
+    engine::render(&request, threads, &mut |_| true).expect("the request can be rendered")
 }
 
 /// A camera at `eye` that looks at `target`, with this field of view.

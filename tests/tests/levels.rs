@@ -8,7 +8,7 @@ use mislab_kernel::lanes::Lanewise;
 use mislab_renderer::snapshot::{Contents, SaveOptions};
 use mislab_renderer::{
     Channel, Estimator, Frame, ImageSettings, Renderer, Request, SamplerKind, SamplerSettings, Sampling, Settings,
-    State, Strategy, progressive,
+    State, Strategy, engine,
 };
 use mislab_tests::experiment::{render_on, veach};
 
@@ -31,7 +31,7 @@ fn cases() -> Vec<Request> {
 }
 
 fn render(request: &Request, how: Lanewise) -> Arc<Frame> {
-    progressive::render_with(request, 0, how, &mut |_| true).expect("the request can be rendered")
+    engine::render_with(request, 0, how, &mut |_| true).expect("the request can be rendered")
 }
 
 fn green(frame: &Frame) -> Vec<f64> {

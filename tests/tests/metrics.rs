@@ -1,6 +1,7 @@
 //! Metrics against examples computed by hand.
 
-use mislab_renderer::metrics::compare;
+use mislab_renderer::PixelRect;
+use mislab_renderer::metrics::{Errors, Reference, Region, compare};
 use mislab_renderer::snapshot::{Image, Window};
 
 /// Two by two pixels, at (10, -20).
@@ -80,4 +81,41 @@ fn what_cannot_be_compared_says_why() {
     let c = c.expect("R is common");
     assert_eq!((c.only_in_a.as_slice(), c.only_in_b.as_slice()), (&["A".to_owned()][..], &["Z".to_owned()][..]));
     assert!(!c.is_identical(), "missing channels are a difference");
+}
+
+#[test]
+fn a_region_counts_its_own_pixels_only() {
+    // Three by two pixels, two channels.
+    let x: [&[f32]; 2] = [&[1.0, 2.0, 3.0, 4.0, f32::NAN, 6.0], &[0.0; 6]];
+    let r: [&[f32]; 2] = [&[1.0, 1.0, 1.0, 1.0, 1.0, f32::NAN], &[0.0, 1.0, 0.0, 2.0, 0.0, 0.0]];
+    let of = |region: Region<'_>| Errors::of(&x, &Reference::Exact(&r), &region);
+    let all = of(Region::All);
+    close(all.mse(), (1.0 + 4.0 + 9.0 + 1.0 + 4.0) / 10.0);
+    assert_eq!((all.compared, all.undefined_mismatch, all.maximum), (10, 2, Some((3.0, 3))));
+    let right = of(Region::Rect { width: 3, rect: PixelRect { min: [1, 0], max: [3, 2] } });
+    close(right.mse(), (1.0 + 4.0 + 1.0) / 6.0);
+    close(right.rel_mse(), (1.0 / 1.01 + 4.0 / 1.01 + 1.0 / 1.01) / 6.0);
+    close(right.mean(), (2.0 + 3.0 + 6.0) / 7.0);
+    close(right.reference_mean(), (1.0 + 1.0 + 1.0 + 1.0) / 7.0);
+    assert_eq!(of(Region::Mask(&[false, true, true, false, true, true])), right);
+    assert_eq!(of(Region::Mask(&[false; 6])).mse(), None);
+    assert_eq!(of(Region::Mask(&[true; 6])), all);
+    let mut parts = of(Region::Mask(&[true, false, false, true, false, false]));
+    parts.merge(&right);
+    assert_eq!(
+        (parts.mse(), parts.rel_mse(), parts.compared, parts.maximum),
+        (all.mse(), all.rel_mse(), 10, all.maximum)
+    );
+}
+
+#[test]
+fn halves_take_the_references_noise_out() {
+    let (x, halves): ([f32; 2], [[f64; 2]; 2]) = ([1.5, 3.0], [[1.1, 3.5], [0.9, 2.5]]);
+    let reference = Reference::Halves([&[&halves[0]], &[&halves[1]]]);
+    let errors = Errors::of(&[&x], &reference, &Region::All);
+    close(errors.mse(), (0.4 * 0.6 - 0.25) / 2.0);
+    close(errors.rel_mse(), (0.4 * 0.6 / 1.01 - 0.25 / 9.01) / 2.0);
+    let own = Errors::of_halves([&[&halves[0]], &[&halves[1]]], &Region::Mask(&[false, true]));
+    close(own.mse(), 0.25);
+    close(own.rel_mse(), 0.25 / 9.01);
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use mislab_renderer::{
     Channel, Frame, Geometry, ImageSettings, Pace, Picture, Renderer, Request, Sampling, Settings, State, Strategy,
-    pbrt, render,
+    Subscription, pbrt, render,
 };
 
 fn request(size: u32, spp: Option<u32>) -> Request {
@@ -62,6 +62,7 @@ fn the_latest_request_wins_and_old_frames_are_told_by_their_generation() {
 fn frames_hold_whole_passes_and_never_change() {
     let renderer = Renderer::new(2, || {});
     let picture = renderer.add_picture();
+    let _frames = picture.subscribe(Subscription { max_hz: Some(30.0), ..Subscription::default() });
     picture.submit(request(96, None));
     wait("a first frame", || picture.latest().is_some());
     let early = picture.latest().unwrap();
@@ -100,13 +101,14 @@ fn pausing_holds_and_steps_are_single_passes() {
 fn a_pause_shows_the_last_pass() {
     let renderer = Renderer::new(2, || {});
     let picture = renderer.add_picture();
+    let frames = picture.subscribe(Subscription::live());
     picture.submit(request(64, None));
     for _ in 0..30 {
         let before = picture.status().spp;
         picture.set_pace(Pace::Full);
         wait("passes", || picture.latest().is_some() && picture.status().spp > before + 2);
         // Frames wait for the last one to be drawn: somebody has it in hand all the time.
-        let drawn = picture.latest().unwrap();
+        let drawn = frames.take().or_else(|| picture.latest()).unwrap();
         std::thread::sleep(Duration::from_millis(3));
         picture.set_pace(Pace::Paused);
         wait("the pause", || picture.status().state == State::Paused);
@@ -114,19 +116,6 @@ fn a_pause_shows_the_last_pass() {
         wait("the frame of the last pass", || picture.latest().is_some_and(|frame| frame.spp() == spp));
         assert!(drawn.spp() <= spp);
     }
-}
-
-#[test]
-fn frames_are_made_for_those_who_look() {
-    let renderer = Renderer::new(2, || {});
-    let picture = renderer.add_picture();
-    picture.submit(request(64, None));
-    // Long after frames would be due.
-    std::thread::sleep(Duration::from_millis(300));
-    wait("passes", || picture.status().spp > 20);
-    let first = picture.latest().expect("the first pass makes a frame");
-    assert_eq!(first.spp(), 1, "nobody looked");
-    wait("a newer frame", || picture.latest().is_some_and(|frame| frame.spp() > 20));
 }
 
 #[test]
@@ -147,18 +136,15 @@ fn a_render_that_is_stopped_returns_all_its_passes() {
 fn a_slow_pace_counts_single_passes() {
     let renderer = Renderer::new(2, || {});
     let picture = renderer.add_picture();
+    let frames = picture.subscribe(Subscription { max_hz: Some(f32::INFINITY), ..Subscription::default() });
     picture.set_pace(Pace::PassesPerSecond(200.0));
     picture.submit(request(16, Some(20)));
     let mut seen = Vec::new();
     wait("the target", || {
-        if let Some(frame) = picture.latest()
-            && seen.last() != Some(&frame.spp())
-        {
-            seen.push(frame.spp());
-        }
+        seen.extend(frames.take().map(|frame| frame.spp()));
         picture.status().state == State::Finished
     });
-    assert!(seen.windows(2).all(|w| w[0] < w[1]), "{seen:?}");
+    assert!(seen.len() > 1 && seen.windows(2).all(|w| w[0] < w[1]), "{seen:?}");
 }
 
 #[test]
@@ -311,6 +297,47 @@ fn handles_may_be_dropped_at_any_moment() {
             drop(picture);
         }
     }
+}
+
+#[test]
+fn a_running_renderer_renders_beside_its_live_pictures() {
+    let renderer = Renderer::new(2, || {});
+    let live = renderer.add_picture();
+    live.submit(request(64, None));
+    wait("the live picture", || live.status().spp > 0);
+    let before = live.status().spp;
+    for strategy in [Strategy::Mis, Strategy::MisAll] {
+        let mut wanted = request(48, Some(16));
+        wanted.settings.estimator.strategy = strategy;
+        let mut told = 0;
+        let frame = renderer.render(&wanted, &mut |progress| {
+            assert!((told..=16).contains(&progress.spp), "{progress:?} after {told}");
+            told = progress.spp;
+            true
+        });
+        let frame = frame.expect("renders");
+        assert_eq!((frame.spp(), frame.stats().threads), (16, 2));
+        assert!(bits(&frame) == bits(&render(&wanted, 1, &mut |_| true).unwrap()), "{}", strategy.name());
+    }
+    // Several at a time, from threads of their own.
+    std::thread::scope(|scope| {
+        let renders = [3, 5].map(|spp| {
+            let renderer = &renderer;
+            scope.spawn(move || renderer.render(&request(48, Some(spp)), &mut |_| true).expect("renders"))
+        });
+        for render in renders {
+            let frame = render.join().expect("no panic");
+            let alone = self::render(frame.request(), 1, &mut |_| true).unwrap();
+            assert!(bits(&frame) == bits(&alone), "{} spp", frame.spp());
+        }
+    });
+    let stopped = renderer.render(&request(48, Some(1_000_000)), &mut |progress| progress.spp < 5).expect("passes");
+    assert!((5..1_000_000).contains(&stopped.spp()), "{}", stopped.spp());
+    let mut broken = request(48, Some(2));
+    broken.settings.image.resolution = [0, 5];
+    assert!(renderer.render(&broken, &mut |_| true).is_err(), "no pixels");
+    wait("more of the live picture", || live.status().spp > before);
+    assert_eq!(live.status().state, State::Rendering);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use mislab_renderer::{Frame, Pace, Picture, Request, Status};
+use mislab_renderer::{Frame, Frames, Pace, Picture, Request, Status, Subscription};
 
 /// How long the old picture may stand unmarked after a change: shorter than one notices, longer
 /// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
@@ -15,6 +15,8 @@ const GRACE: Duration = Duration::from_millis(120);
 pub struct LivePicture {
     /// `None` once the workers have been stopped.
     picture: Option<Picture>,
+    /// What the window has asked for: a frame at a time.
+    frames: Frames,
     submitted: Option<Request>,
     generation: u64,
     changed_at: Instant,
@@ -29,6 +31,7 @@ impl LivePicture {
     /// Nothing asked for yet.
     pub fn new(picture: Picture) -> Self {
         Self {
+            frames: picture.subscribe(Subscription::live()),
             picture: Some(picture),
             submitted: None,
             generation: 0,
@@ -84,7 +87,7 @@ impl LivePicture {
     /// Takes the newest frame for a pass of the window, unless it holds one.
     pub fn hold(&mut self) {
         if self.frame.is_none() {
-            self.frame = self.picture.as_ref().and_then(Picture::latest);
+            self.frame = self.frames.take().or_else(|| self.picture.as_ref()?.latest());
             self.shown = self.frame.as_ref().map(|frame| frame.generation());
         }
     }
@@ -92,6 +95,7 @@ impl LivePicture {
     /// Gives it back: the pass is over.
     pub fn release(&mut self) {
         self.frame = None;
+        self.frames.release();
     }
 
     /// The frame of this pass or, between passes, the newest one; perhaps of older settings.

@@ -69,21 +69,28 @@ impl Swatches {
 /// The part of the picture inside `bounds`, squeezed into a swatch.
 fn cut(frame: &Frame, view: &ViewState, [min, max]: [[f32; 2]; 2]) -> ColorImage {
     let held = frame.bounds();
-    let mut image = ColorImage::filled(SIZE, Color32::TRANSPARENT);
-    for y in 0..SIZE[1] {
-        for x in 0..SIZE[0] {
-            let u = (x as f32 + 0.5) / SIZE[0] as f32;
-            let v = (y as f32 + 0.5) / SIZE[1] as f32;
-            let clamp = |value: f32, axis: usize| {
-                (value.max(0.0) as u32).clamp(held.min[axis], held.max[axis].saturating_sub(1).max(held.min[axis]))
-            };
-            let px = clamp(min[0] + u * (max[0] - min[0]), 0);
-            let py = clamp(min[1] + v * (max[1] - min[1]), 1);
-            let rgb = [Channel::R, Channel::G, Channel::B].map(|c| frame.pixel(px, py, c).unwrap_or(0.0));
-            let gain = view.exposure_ev.exp2();
-            let [r, g, b] = rgb.map(|v| (tone_map(view.tone_map, v * gain + view.offset) * 255.0 + 0.5) as u8);
-            image.pixels[y * SIZE[0] + x] = Color32::from_rgb(r, g, b);
-        }
+    let texels = SIZE[0] * SIZE[1];
+    if held.area() == 0 {
+        return ColorImage::filled(SIZE, Color32::TRANSPARENT);
     }
-    image
+    // The pixel that each texel shows.
+    let pixels: Vec<[u32; 2]> = (0..texels)
+        .map(|texel| {
+            let at = [texel % SIZE[0], texel / SIZE[0]];
+            [0, 1].map(|axis| {
+                let share = (at[axis] as f32 + 0.5) / SIZE[axis] as f32;
+                let place = min[axis] + share * (max[axis] - min[axis]);
+                (place.max(0.0) as u32).clamp(held.min[axis], held.max[axis] - 1)
+            })
+        })
+        .collect();
+    let mut planes = vec![0.0; 3 * texels];
+    frame.resolve_pixels(&[Channel::R, Channel::G, Channel::B], &pixels, &mut planes);
+    let gain = view.exposure_ev.exp2();
+    let level = |v: f32| (tone_map(view.tone_map, v * gain + view.offset) * 255.0 + 0.5) as u8;
+    let colour = |texel: usize| {
+        let [r, g, b] = [0, 1, 2].map(|channel| level(planes[channel * texels + texel]));
+        Color32::from_rgb(r, g, b)
+    };
+    ColorImage::new(SIZE, (0..texels).map(colour).collect())
 }

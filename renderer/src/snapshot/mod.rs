@@ -15,7 +15,8 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use crate::error::Error;
-use crate::frame::{Channel, Frame, FrameStats};
+use crate::frame::{Frame, FrameStats};
+use crate::layer::Channel;
 use mislab_kernel::request::PixelRect;
 use mislab_kernel::request::Request;
 

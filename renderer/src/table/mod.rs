@@ -20,6 +20,7 @@ pub mod quality;
 pub mod regions;
 mod report;
 
+use mislab_kernel::request::{Estimator, ImageSettings, Sampling};
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -28,12 +29,13 @@ use serde::Serialize;
 
 use self::quality::{Reference, crosses, mean_and_error, sidak};
 use self::regions::{Groups, Square, visible_materials};
+use crate::engine::Renderer;
 use crate::error::Error;
-use crate::frame::{Channel, Frame};
-use crate::progressive::render;
+use crate::frame::Frame;
+use crate::layer::Channel;
 use mislab_kernel::request::Request;
 use mislab_kernel::request::scene::Scene;
-use mislab_kernel::request::{Estimator, ImageSettings, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
+use mislab_kernel::request::{SamplerKind, SamplerSettings, Settings, Strategy};
 
 /// One file the tutorial asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -419,11 +421,23 @@ fn fill_in<'a>(
 /// Renders one picture after the other and keeps count.
 struct Work<'a> {
     progress: &'a mut dyn FnMut(&TableProgress) -> bool,
-    threads: usize,
+    /// Its threads stay from one picture to the next.
+    renderer: Renderer,
+    tally: Tally,
+}
+
+/// Secondary rays, done and in all.
+struct Tally {
     started: Instant,
-    /// Secondary rays, done and in all.
     done: f64,
     total: f64,
+}
+
+impl Tally {
+    fn at(&self, step: &str, finished: Option<(TutorialRun, Arc<Frame>)>) -> TableProgress {
+        let fraction = (self.done / self.total).min(1.0);
+        TableProgress { step: step.to_owned(), fraction, elapsed: self.started.elapsed(), finished }
+    }
 }
 
 impl<'a> Work<'a> {
@@ -437,30 +451,30 @@ impl<'a> Work<'a> {
         let halves = 2.0 * groups.lights().count() as f64;
         let references: f64 = sizes.iter().map(|&size| halves * rays(&reference_settings(options, size, 0))).sum();
         let total = files * f64::from(options.replicates) + references;
-        Self { progress, threads: options.threads, started: Instant::now(), done: 0.0, total }
+        let tally = Tally { started: Instant::now(), done: 0.0, total };
+        Self { progress, renderer: Renderer::new(options.threads, || {}), tally }
     }
 
     /// The finished picture, or `None` if the caller wants to stop.
     fn render(&mut self, scene: &Arc<Scene>, settings: Settings, step: &str) -> Result<Option<Arc<Frame>>, Error> {
         let (rays, target) = (rays(&settings), settings.sampling.spp.map_or(1, NonZeroU32::get));
         let request = Request { scene: Arc::clone(scene), settings };
-        let (threads, before) = (self.threads, self.done);
+        let Self { progress, renderer, tally } = self;
+        let before = tally.done;
         let mut stopped = false;
-        let frame = render(&request, threads, &mut |progress| {
-            self.done = before + rays * f64::from(progress.spp) / f64::from(target);
-            stopped |= !self.report(step, None);
+        let frame = renderer.render(&request, &mut |now| {
+            tally.done = before + rays * f64::from(now.spp) / f64::from(target);
+            stopped |= !progress(&tally.at(step, None));
             !stopped
         });
-        self.done = before + rays;
+        tally.done = before + rays;
         // Stopped early, there may be a frame or, before the first pass, an error that says so.
         if stopped { Ok(None) } else { frame.map(Some) }
     }
 
     /// Whether to go on.
     fn report(&mut self, step: &str, finished: Option<(TutorialRun, Arc<Frame>)>) -> bool {
-        let fraction = (self.done / self.total).min(1.0);
-        let progress = TableProgress { step: step.to_owned(), fraction, elapsed: self.started.elapsed(), finished };
-        (self.progress)(&progress)
+        (self.progress)(&self.tally.at(step, finished))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The numbers of a square: relative error, its uncertainty, and which files share the cross.
 
 use super::regions::Square;
-use crate::metrics::RELMSE_EPSILON;
+use crate::metrics::{self, Errors, Region};
 
 /// A converged picture in two halves that share no sample, each of three channels.
 #[derive(Clone, Debug)]
@@ -11,43 +11,30 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// relMSE of `picture` in each of [`Square::ALL`]: the mean over its pixels and channels of
-    ///
-    /// `(x - r1) (x - r2) / (r^2 + epsilon)`, `r = (r1 + r2) / 2`
-    ///
-    /// with r1 and r2 the halves of the reference. Their errors are independent of each other and of x's, so that the
-    /// product expects the squared error of x alone: the reference's own noise does not add to it, as it does in
-    /// `(x - r)^2`. It may be negative by chance where x is nearly exact. `None` for a square without pixels.
+    /// relMSE of `picture` in each of [`Square::ALL`], against the two halves ([`metrics::Reference::Halves`]): the mean over
+    /// its pixels and channels. `None` for a square without pixels.
     pub fn rel_mse(&self, picture: [&[f32]; 3], squares: &[Option<Square>]) -> [Option<f64>; 4] {
-        self.mean(squares, |channel, pixel, r1, r2| {
-            let x = f64::from(picture[channel][pixel]);
-            (x - r1) * (x - r2)
-        })
+        let [first, second] = self.planes();
+        let reference = metrics::Reference::Halves([&first, &second]);
+        each_square(squares, |region| Errors::of(&picture, &reference, region))
     }
 
-    /// The reference's own relMSE in each square: half the difference of its halves, squared, is the variance of their mean.
+    /// The reference's own relMSE in each square.
     pub fn own_rel_mse(&self, squares: &[Option<Square>]) -> [Option<f64>; 4] {
-        self.mean(squares, |_, _, r1, r2| ((r1 - r2) / 2.0).powi(2))
+        let [first, second] = self.planes();
+        each_square(squares, |region| Errors::of_halves([&first, &second], region))
     }
 
-    fn mean(
-        &self,
-        squares: &[Option<Square>],
-        squared_error: impl Fn(usize, usize, f64, f64) -> f64,
-    ) -> [Option<f64>; 4] {
-        Square::ALL.map(|square| {
-            let (mut sum, mut count) = (0.0, 0_u64);
-            for pixel in (0..squares.len()).filter(|&p| squares[p] == Some(square)) {
-                for channel in 0..3 {
-                    let [r1, r2] = [0, 1].map(|half| self.halves[half][channel][pixel]);
-                    let r = (r1 + r2) / 2.0;
-                    sum += squared_error(channel, pixel, r1, r2) / (r * r + RELMSE_EPSILON);
-                    count += 1;
-                }
-            }
-            (count > 0).then(|| sum / count as f64)
-        })
+    fn planes(&self) -> [[&[f64]; 3]; 2] {
+        self.halves.each_ref().map(|half| half.each_ref().map(Vec::as_slice))
     }
+}
+
+fn each_square(squares: &[Option<Square>], errors: impl Fn(&Region<'_>) -> Errors) -> [Option<f64>; 4] {
+    Square::ALL.map(|square| {
+        let mask: Vec<bool> = squares.iter().map(|&s| s == Some(square)).collect();
+        errors(&Region::Mask(&mask)).rel_mse()
+    })
 }
 
 /// Mean of values and its standard error: sample standard deviation over the square root of their number, at least 2.

@@ -14,7 +14,7 @@ use mislab_kernel::sampler::Dimension;
 use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{
     Bsdf, Channel, Estimator, Frame, ImageSettings, Material, Pace, Picture, PixelRect, Renderer, Request, SamplerKind,
-    SamplerSettings, Sampling, Scene, Settings, State, Strategy, progressive,
+    SamplerSettings, Sampling, Scene, Settings, State, Strategy, engine,
 };
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::veach;
@@ -86,7 +86,7 @@ fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> 
 
 fn render(scene: &Scene, settings: &Settings) -> Arc<Frame> {
     let request = Request { scene: Arc::new(scene.clone()), settings: settings.clone() };
-    progressive::render_with(&request, 1, Lanewise::Single, &mut |_| true).expect("the request can be rendered")
+    engine::render_with(&request, 1, Lanewise::Single, &mut |_| true).expect("the request can be rendered")
 }
 
 /// Compares every channel of every pixel; returns how many samples carried light by either technique and how many

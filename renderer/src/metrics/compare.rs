@@ -1,18 +1,10 @@
-//! How far two pictures are apart.
+//! Two files compared, channel by channel and layer by layer.
 
 use serde::Serialize;
 
+use super::{Errors, Reference, Region};
 use crate::error::Error;
 use crate::snapshot::{Image, Window};
-
-/// The constant in [`rel_mse`]'s denominator: keeps black pixels from counting without bound.
-pub const RELMSE_EPSILON: f64 = 1e-2;
-
-/// Relative squared error of one value: `(a - b)^2 / (b^2 + epsilon)`, `b` being the reference
-/// (Rousselle et al. 2011; epsilon as in the image viewer tev).
-pub fn rel_mse(a: f64, b: f64) -> f64 {
-    (a - b) * (a - b) / (b * b + RELMSE_EPSILON)
-}
 
 /// The largest difference and where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -37,7 +29,7 @@ pub struct Difference {
     pub mean_b: Option<f64>,
     /// Mean of `(a - b)^2`.
     pub mse: Option<f64>,
-    /// Mean of [`rel_mse`], B being the reference.
+    /// Mean of [`super::rel_mse`], B being the reference.
     pub rel_mse: Option<f64>,
     /// Largest `|a - b|`.
     pub maximum: Option<Maximum>,
@@ -83,16 +75,16 @@ pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
     let missing = |from: &Image, of: &Image| -> Vec<String> {
         of.channels.iter().filter(|(name, _)| from.channel(name).is_none()).map(|(name, _)| name.clone()).collect()
     };
-    let mut layers: Vec<(String, Sums)> = Vec::new();
+    let mut layers: Vec<(String, Errors)> = Vec::new();
     let mut channels = Vec::new();
     for (name, values_a) in &a.channels {
         let Some(values_b) = b.channel(name) else { continue };
-        let sums = Sums::of(values_a, values_b);
-        channels.push(sums.difference(name.clone(), a.window));
+        let errors = Errors::of(&[values_a], &Reference::Exact(&[values_b]), &Region::All);
+        channels.push(difference(&errors, name.clone(), a.window));
         let layer = layer_of(name);
         match layers.iter_mut().find(|(name, _)| name == layer) {
-            Some((_, total)) => total.add(&sums),
-            None => layers.push((layer.to_owned(), sums)),
+            Some((_, total)) => total.merge(&errors),
+            None => layers.push((layer.to_owned(), errors)),
         }
     }
     if channels.is_empty() {
@@ -101,7 +93,7 @@ pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
     layers.sort_by(|x, y| (x.0 != DEFAULT_LAYER, &x.0).cmp(&(y.0 != DEFAULT_LAYER, &y.0)));
     Ok(Comparison {
         window: a.window,
-        layers: layers.into_iter().map(|(name, sums)| sums.difference(name, a.window)).collect(),
+        layers: layers.into_iter().map(|(name, errors)| difference(&errors, name, a.window)).collect(),
         channels,
         only_in_a: missing(b, a),
         only_in_b: missing(a, b),
@@ -120,87 +112,22 @@ fn names(image: &Image) -> String {
     image.channels.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(" ")
 }
 
-/// Sums over values, in double precision.
-#[derive(Clone, Default)]
-struct Sums {
-    a: f64,
-    finite_a: u64,
-    b: f64,
-    finite_b: u64,
-    squared: f64,
-    relative: f64,
-    compared: u64,
-    both_undefined: u64,
-    mismatch: u64,
-    /// `|a - b|` and the index of the pixel.
-    maximum: Option<(f64, usize)>,
-}
-
-impl Sums {
-    fn of(a: &[f32], b: &[f32]) -> Self {
-        let mut sums = Self::default();
-        for (i, (&a, &b)) in a.iter().zip(b).enumerate() {
-            if a.is_finite() {
-                sums.a += f64::from(a);
-                sums.finite_a += 1;
-            }
-            if b.is_finite() {
-                sums.b += f64::from(b);
-                sums.finite_b += 1;
-            }
-            if a.is_finite() && b.is_finite() {
-                let (a, b) = (f64::from(a), f64::from(b));
-                let d = (a - b).abs();
-                sums.squared += d * d;
-                sums.relative += rel_mse(a, b);
-                sums.compared += 1;
-                if sums.maximum.is_none_or(|(largest, _)| d > largest) {
-                    sums.maximum = Some((d, i));
-                }
-            } else if a == b || (a.is_nan() && b.is_nan()) {
-                sums.both_undefined += 1;
-            } else {
-                sums.mismatch += 1;
-            }
-        }
-        sums
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.a += other.a;
-        self.finite_a += other.finite_a;
-        self.b += other.b;
-        self.finite_b += other.finite_b;
-        self.squared += other.squared;
-        self.relative += other.relative;
-        self.compared += other.compared;
-        self.both_undefined += other.both_undefined;
-        self.mismatch += other.mismatch;
-        if let Some((d, i)) = other.maximum
-            && self.maximum.is_none_or(|(largest, _)| d > largest)
-        {
-            self.maximum = Some((d, i));
-        }
-    }
-
-    fn difference(&self, name: String, window: Window) -> Difference {
-        let mean = |sum: f64, n: u64| (n > 0).then(|| sum / n as f64);
-        let width = window.size[0] as usize;
-        let place = |(value, i): (f64, usize)| Maximum {
-            value,
-            x: window.min[0] + (i % width) as i32,
-            y: window.min[1] + (i / width) as i32,
-        };
-        Difference {
-            name,
-            mean_a: mean(self.a, self.finite_a),
-            mean_b: mean(self.b, self.finite_b),
-            mse: mean(self.squared, self.compared),
-            rel_mse: mean(self.relative, self.compared),
-            maximum: self.maximum.map(place),
-            compared: self.compared,
-            both_undefined: self.both_undefined,
-            undefined_mismatch: self.mismatch,
-        }
+fn difference(errors: &Errors, name: String, window: Window) -> Difference {
+    let width = window.size[0] as usize;
+    let place = |(value, i): (f64, usize)| Maximum {
+        value,
+        x: window.min[0] + (i % width) as i32,
+        y: window.min[1] + (i / width) as i32,
+    };
+    Difference {
+        name,
+        mean_a: errors.mean(),
+        mean_b: errors.reference_mean(),
+        mse: errors.mse(),
+        rel_mse: errors.rel_mse(),
+        maximum: errors.maximum.map(place),
+        compared: errors.compared,
+        both_undefined: errors.both_undefined,
+        undefined_mismatch: errors.undefined_mismatch,
     }
 }

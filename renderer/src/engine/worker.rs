@@ -1,0 +1,150 @@
+//! The worker threads: they build scenes, render tiles, and survive panics.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use cpu_time::ThreadTime;
+use thread_priority::ThreadPriority;
+
+use super::core::Core;
+use super::schedule::{Outcome, PictureState, Task, TileTask};
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::request::Invalid;
+use mislab_kernel::request::Request;
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
+
+/// What workers and handles have in common.
+pub(super) struct Shared {
+    pub(super) core: Mutex<Core>,
+    /// Signalled when there may be something to do.
+    pub(super) work: Condvar,
+    /// Signalled with `wake`, for those who wait for a picture.
+    news: Condvar,
+    wake: Box<dyn Fn() + Send + Sync>,
+    how: Lanewise,
+}
+
+impl Shared {
+    pub(super) fn new(core: Core, how: Lanewise, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self { core: Mutex::new(core), work: Condvar::new(), news: Condvar::new(), wake: Box::new(wake), how }
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, Core> {
+        // No code that can panic runs under this lock, so a poisoned one is still sound.
+        self.core.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks at a picture or changes it; it is there as long as its handle.
+    pub(super) fn look<T>(&self, id: u64, act: impl FnOnce(&mut PictureState) -> T) -> T {
+        act(self.lock().picture(id).expect("a picture lives as long as its handle"))
+    }
+
+    /// Changes a picture in a way that may give the workers something to do.
+    pub(super) fn with<T>(&self, id: u64, act: impl FnOnce(&mut PictureState) -> T) -> T {
+        let result = self.look(id, act);
+        self.work.notify_all();
+        result
+    }
+
+    /// Waits until there is news of any picture and `done` says so of this one, but no longer than `timeout`.
+    pub(super) fn wait_for(&self, id: u64, timeout: Duration, done: impl Fn(&PictureState) -> bool) {
+        let on = |core: &mut Core| !core.picture(id).is_none_or(|p| done(p));
+        // Woken or timed out: the caller looks anyway.
+        drop(self.news.wait_timeout_while(self.lock(), timeout, on));
+    }
+
+    fn tell(&self) {
+        self.news.notify_all();
+        (self.wake)();
+    }
+
+    /// A worker's life.
+    pub(super) fn run(&self) {
+        // The window comes first (nice 5 where the system counts so; the lowest priority would
+        // starve next to any other busy program). Where the system refuses, everything still works.
+        if let Ok(below_normal) = 37u8.try_into() {
+            let _ = ThreadPriority::Crossplatform(below_normal).set_for_current();
+        }
+        while let Some(task) = self.next_task() {
+            let news = match task {
+                Task::Build { picture, generation, request } => self.build(picture, generation, request),
+                Task::Tile(task) => self.render(task),
+                Task::Published(replaced) => {
+                    drop(replaced);
+                    true
+                }
+            };
+            if news {
+                self.tell();
+            }
+        }
+    }
+
+    /// Waits for something to do; `None` at shutdown.
+    fn next_task(&self) -> Option<Task> {
+        let mut core = self.lock();
+        loop {
+            if core.shutdown {
+                return None;
+            }
+            match core.claim(Instant::now()) {
+                Ok(task) => return Some(task),
+                Err(wait) => core = self.work.wait_timeout(core, wait).unwrap_or_else(PoisonError::into_inner).0,
+            }
+        }
+    }
+
+    /// Builds a scene; true if there is news for the window.
+    fn build(&self, picture: u64, generation: u64, request: Arc<Request>) -> bool {
+        let known: Vec<_> = self.lock().pictures.iter().filter_map(|p| p.built.clone()).collect();
+        let built = catch_unwind(|| BuiltScene::with_known(&request.scene, &request.settings, &known).map(Arc::new))
+            .unwrap_or_else(|panic| Err(Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
+        let mut core = self.lock();
+        let machine = core.machine;
+        let Some(p) = core.picture(picture) else { return false };
+        let (replaced, news) = p.take_built(generation, request, built, machine);
+        drop(core);
+        // To free a large scene takes its time: not under the lock.
+        drop((replaced, known));
+        self.work.notify_all();
+        news
+    }
+
+    /// Renders one tile; true if there is news for the window.
+    fn render(&self, task: TileTask) -> bool {
+        let TileTask { picture, job, index, rect, count, request, scene, tile, recycled } = task;
+        let start = ThreadTime::now();
+        // Frames share tiles: one that is shared is copied before it is written to.
+        let mut copied = None;
+        let mut tile = match tile {
+            None => Tile::new(rect, request.settings.estimator.strategy, recycled),
+            Some(tile) => Arc::try_unwrap(tile).unwrap_or_else(|shared| {
+                let copy = shared.copy(recycled);
+                copied = Some(shared);
+                copy
+            }),
+        };
+        let rendered =
+            catch_unwind(AssertUnwindSafe(|| render_tile(self.how, &scene, &request.settings, &mut tile, count)))
+                .map_err(|panic| panic_text(&*panic));
+        let seconds = start.elapsed().as_secs_f64();
+
+        let mut core = self.lock();
+        let Some(p) = core.picture(picture) else { return false };
+        let outcome = p.take_tile(job, index, tile, copied, rendered, seconds);
+        drop(core);
+        match &outcome {
+            Outcome::Nothing => return false,
+            Outcome::Pass(_) | Outcome::Panic => self.work.notify_all(),
+        }
+        matches!(outcome, Outcome::Pass(Some(_)) | Outcome::Panic)
+    }
+}
+
+fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string).or(panic.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "panic without a message".into())
+}

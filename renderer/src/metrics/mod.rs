@@ -1,0 +1,200 @@
+//! How far pictures are apart: the measures, over planes of floats. Two files compared are in `compare`.
+
+mod compare;
+
+pub use compare::{Comparison, Difference, Maximum, compare};
+
+use mislab_kernel::request::PixelRect;
+
+/// The constant in [`rel_mse`]'s denominator: keeps black pixels from counting without bound.
+pub const RELMSE_EPSILON: f64 = 1e-2;
+
+/// Relative squared error of one value: `(a - b)^2 / (b^2 + epsilon)`, `b` being the reference
+/// (Rousselle et al. 2011; epsilon as in the image viewer tev).
+pub fn rel_mse(a: f64, b: f64) -> f64 {
+    relative((a - b) * (a - b), b)
+}
+
+/// A squared error over the square of the reference.
+fn relative(squared: f64, reference: f64) -> f64 {
+    squared / (reference * reference + RELMSE_EPSILON)
+}
+
+/// What a picture is measured against: the same channels and pixels.
+#[derive(Clone, Copy, Debug)]
+pub enum Reference<'a> {
+    /// One picture, taken as exact: its own noise counts as error.
+    Exact(&'a [&'a [f32]]),
+    /// A converged picture in two halves r1 and r2 that share no sample. `(x - r1) (x - r2)` takes the place of
+    /// `(x - r)^2`, r being their mean: their errors are independent of each other and of x's, so that the product expects the
+    /// squared error of x alone. It may be negative by chance where x is nearly exact.
+    Halves([&'a [&'a [f64]]; 2]),
+}
+
+impl Reference<'_> {
+    fn at(&self, channel: usize, pixel: usize) -> [f64; 2] {
+        match self {
+            Self::Exact(planes) => [f64::from(planes[channel][pixel]); 2],
+            Self::Halves(halves) => halves.map(|planes| planes[channel][pixel]),
+        }
+    }
+}
+
+/// The pixels that count, of planes stored row by row.
+#[derive(Clone, Copy, Debug)]
+pub enum Region<'a> {
+    /// All.
+    All,
+    /// Those of a rectangle; `min` and `max` count from the first pixel of the plane.
+    Rect {
+        /// Width of the plane in pixels.
+        width: usize,
+        /// The part of it.
+        rect: PixelRect,
+    },
+    /// Those where it is true; one value per pixel.
+    Mask(&'a [bool]),
+}
+
+impl Region<'_> {
+    /// Calls `visit` with the index of each pixel of a plane of `len`, in their order.
+    fn each(&self, len: usize, mut visit: impl FnMut(usize)) {
+        match *self {
+            Self::All => (0..len).for_each(visit),
+            Self::Rect { width, rect } => {
+                for y in rect.min[1]..rect.max[1] {
+                    for x in rect.min[0]..rect.max[0] {
+                        visit(y as usize * width + x as usize);
+                    }
+                }
+            }
+            Self::Mask(mask) => {
+                assert_eq!(mask.len(), len, "one value of the mask per pixel");
+                (0..len).filter(|&pixel| mask[pixel]).for_each(visit);
+            }
+        }
+    }
+}
+
+/// Sums over the values of planes, in double precision: pixel by pixel, at each the channels in turn. Errors are over the values
+/// that are finite in the picture and in the reference.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// Values finite in both.
+    pub compared: u64,
+    /// Values undefined alike in both: both NaN, or the same infinity.
+    pub both_undefined: u64,
+    /// Values undefined in one only, or in different ways.
+    pub undefined_mismatch: u64,
+    /// Largest difference, and the index of its pixel in a plane.
+    pub maximum: Option<(f64, usize)>,
+    sum: f64,
+    finite: u64,
+    reference_sum: f64,
+    reference_finite: u64,
+    squared: f64,
+    relative: f64,
+}
+
+impl Errors {
+    /// Of `picture`, one plane per channel, in a region.
+    ///
+    /// # Panics
+    /// If planes differ in length, the reference has fewer channels, or the region reaches beyond the planes.
+    pub fn of(picture: &[&[f32]], reference: &Reference<'_>, region: &Region<'_>) -> Self {
+        let mut errors = Self::default();
+        region.each(picture.first().map_or(0, |plane| plane.len()), |pixel| {
+            for (channel, plane) in picture.iter().enumerate() {
+                errors.add(f64::from(plane[pixel]), reference.at(channel, pixel), pixel);
+            }
+        });
+        errors
+    }
+
+    /// Of the mean of the halves: half their difference, squared, is the variance of their mean.
+    ///
+    /// # Panics
+    /// As [`Self::of`].
+    pub fn of_halves(halves: [&[&[f64]]; 2], region: &Region<'_>) -> Self {
+        let mut errors = Self::default();
+        region.each(halves[0].first().map_or(0, |plane| plane.len()), |pixel| {
+            for (first, second) in halves[0].iter().zip(halves[1]) {
+                let (r1, r2) = (first[pixel], second[pixel]);
+                let half = (r1 - r2) / 2.0;
+                errors.count((r1 + r2) / 2.0, half * half, half.abs(), pixel);
+            }
+        });
+        errors
+    }
+
+    fn add(&mut self, x: f64, [r1, r2]: [f64; 2], pixel: usize) {
+        let r = (r1 + r2) / 2.0;
+        if x.is_finite() {
+            self.sum += x;
+            self.finite += 1;
+        }
+        if r.is_finite() {
+            self.reference_sum += r;
+            self.reference_finite += 1;
+        }
+        if x.is_finite() && r.is_finite() {
+            self.count(r, (x - r1) * (x - r2), (x - r).abs(), pixel);
+        } else if x == r || (x.is_nan() && r.is_nan()) {
+            self.both_undefined += 1;
+        } else {
+            self.undefined_mismatch += 1;
+        }
+    }
+
+    /// One value with reference r.
+    fn count(&mut self, r: f64, squared: f64, difference: f64, pixel: usize) {
+        self.squared += squared;
+        self.relative += relative(squared, r);
+        self.compared += 1;
+        if self.maximum.is_none_or(|(largest, _)| difference > largest) {
+            self.maximum = Some((difference, pixel));
+        }
+    }
+
+    /// Counts other values in: of another channel, or of another part of the same planes.
+    pub fn merge(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.finite += other.finite;
+        self.reference_sum += other.reference_sum;
+        self.reference_finite += other.reference_finite;
+        self.squared += other.squared;
+        self.relative += other.relative;
+        self.compared += other.compared;
+        self.both_undefined += other.both_undefined;
+        self.undefined_mismatch += other.undefined_mismatch;
+        if let Some((difference, pixel)) = other.maximum
+            && self.maximum.is_none_or(|(largest, _)| difference > largest)
+        {
+            self.maximum = Some((difference, pixel));
+        }
+    }
+
+    /// Mean of the picture over its finite values; `None` if there are none.
+    pub fn mean(&self) -> Option<f64> {
+        mean(self.sum, self.finite)
+    }
+
+    /// The same of the reference.
+    pub fn reference_mean(&self) -> Option<f64> {
+        mean(self.reference_sum, self.reference_finite)
+    }
+
+    /// Mean squared error.
+    pub fn mse(&self) -> Option<f64> {
+        mean(self.squared, self.compared)
+    }
+
+    /// Mean of squared errors over the square of the reference: [`rel_mse`].
+    pub fn rel_mse(&self) -> Option<f64> {
+        mean(self.relative, self.compared)
+    }
+}
+
+fn mean(sum: f64, count: u64) -> Option<f64> {
+    (count > 0).then(|| sum / count as f64)
+}
