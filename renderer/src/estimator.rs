@@ -31,32 +31,32 @@ use crate::settings::{OneSampleWeights, Settings, Strategy};
 
 /// A direction as a technique drew it.
 #[derive(Clone, Copy)]
-struct Draw<L: Lanes> {
-    wi: V3<L>,
+pub(crate) struct Draw<L: Lanes> {
+    pub(crate) wi: V3<L>,
     /// Where the light technique aimed.
     aim: Aim<L>,
     /// True where the light technique drew it, false where the BSDF technique did.
     by_light: L::M,
     /// False where the technique failed to draw one.
-    valid: L::M,
+    pub(crate) valid: L::M,
     /// True where it was drawn from a Dirac lobe.
-    dirac: L::M,
+    pub(crate) dirac: L::M,
 }
 
 /// A direction's integrand and both its densities, whichever technique drew it.
-struct Candidate<L: Lanes> {
+pub(crate) struct Candidate<L: Lanes> {
     /// f(wi); 0 where the technique failed.
-    f: V3<L>,
+    pub(crate) f: V3<L>,
     /// Densities of wi.
-    p: Densities<L>,
+    pub(crate) p: Densities<L>,
 }
 
 /// Densities of the two techniques at one direction, per solid angle. On a Dirac draw `bsdf` is a
 /// probability instead, and `light` is 0: no light sample ever meets the one direction of a mirror.
 #[derive(Clone, Copy)]
-struct Densities<L: Lanes> {
-    light: L::F,
-    bsdf: L::F,
+pub(crate) struct Densities<L: Lanes> {
+    pub(crate) light: L::F,
+    pub(crate) bsdf: L::F,
 }
 
 /// What one technique adds to one sample.
@@ -143,7 +143,7 @@ pub fn reflected_radiance<L: Lanes>(
 /// Draws the direction of a secondary ray from the surface `s`: by the light technique where true, by the BSDF technique
 /// elsewhere.
 #[inline(always)]
-fn draw<L: Lanes>(
+pub(crate) fn draw<L: Lanes>(
     l: L,
     scene: &BuiltScene,
     s: &Surface<'_, L>,
@@ -206,7 +206,7 @@ fn follow<L: Lanes>(
 
 /// The integrand and both densities at a drawn direction: one secondary ray. `None` if no lane's meets a light.
 #[inline(always)]
-fn candidate<L: Lanes>(
+pub(crate) fn candidate<L: Lanes>(
     l: L,
     scene: &BuiltScene,
     s: &Surface<'_, L>,

@@ -14,7 +14,8 @@
 //! [`lanes`] how one text runs on many pixels at once. [`scene`] and [`settings`] say *what* is
 //! rendered, [`build`], [`geometry`], [`shape`] and [`camera`] bring it into shape, [`kernel`] walks
 //! over pixels, [`film`] adds up, [`progressive`] does so in the background and hands out a
-//! [`frame`]. [`patch`] narrows the scene down for a few pixels at a time. [`pbrt`] reads scene files.
+//! [`frame`]. [`patch`] narrows the scene down for a few pixels at a time. [`inspect`] shows one point of one
+//! pixel: what the estimator sees there, and what is exactly to be expected of it. [`pbrt`] reads scene files.
 
 pub mod benchmark;
 pub mod bsdf;
@@ -25,6 +26,7 @@ pub mod estimator;
 pub mod film;
 pub mod frame;
 pub mod geometry;
+pub mod inspect;
 mod job;
 pub mod kernel;
 pub mod lanes;
