@@ -12,7 +12,7 @@ use glam::Vec3;
 use super::chart::Chart;
 use super::luminance;
 use super::point::Point;
-use super::rule::{DIFFERENCE, N, NODES, W, X};
+use super::rule::{DIFFERENCE, FOURTH, N, NODES, W, X};
 use super::table::Node;
 
 /// How exactly to integrate.
@@ -26,7 +26,7 @@ pub struct Accuracy {
 
 impl Default for Accuracy {
     fn default() -> Self {
-        Self { relative_error: 1e-5, evaluations: 200_000 }
+        Self { relative_error: 2e-5, evaluations: 200_000 }
     }
 }
 
@@ -36,6 +36,11 @@ const K: usize = 8;
 const FINEST: f64 = 1.0 / 65_536.0;
 /// Largest cell near the lobe's peak, in units of its width or of the distance to the peak.
 const GRADING: f64 = 0.75;
+/// Largest term of degree 4 that is left in the logarithm of p_L / p_B within a cell: where a heuristic jumps is read from
+/// the polynomial through the nodes.
+const BEND: f64 = 5e-4;
+/// Smallest side of a cell that is made for that reason.
+const FINEST_BENT: f64 = 1.0 / 1024.0;
 /// Least error of a cell that the edge of a light or shadow crosses, in units of its content.
 const EDGE: f64 = 0.05;
 
@@ -47,7 +52,7 @@ pub(super) struct Cell {
     pub nodes: [Node; NODES],
     content: [f64; K],
     error: [f64; K],
-    /// True where light comes from some of its directions only.
+    /// True where light comes from some of its directions only, or another light's edge is among them.
     pub rough: bool,
     /// The axis along which the error is larger.
     axis: usize,
@@ -56,6 +61,20 @@ pub(super) struct Cell {
 impl Cell {
     fn is_dark(&self) -> bool {
         self.content[0] == 0.0
+    }
+
+    /// Largest terms of degree 4 along either axis in the logarithm of p_L / p_B; 0 where light does not come from all of it.
+    fn bends(&self) -> [f64; 2] {
+        let mut bends = [0.0f64; 2];
+        if self.is_dark() || self.rough || self.nodes.iter().any(|node| node.p[0].min(node.p[1]) <= 0.0) {
+            return bends;
+        }
+        let g = self.nodes.map(|node| node.odds());
+        for k in 0..N {
+            let along = |step: usize, next: usize| (0..N).map(|i| FOURTH[i] * g[i * step + k * next]).sum::<f64>();
+            bends = [bends[0].max(along(N, 1).abs()), bends[1].max(along(1, N).abs())];
+        }
+        bends
     }
 
     /// True if polynomials through the nodes tell what is between them.
@@ -96,7 +115,7 @@ pub(super) fn integrate(point: &Point<'_>, accuracy: &Accuracy) -> Cells {
     let mut integrator =
         Integrator { point, several: lights.len() > 1, lobe, cells: Vec::new(), evaluations: 0, charts };
     // A quarter of all evaluations for the start.
-    let per_light = accuracy.evaluations / (4 * NODES * integrator.charts.len().max(1));
+    let per_light = accuracy.evaluations / (4 * (NODES + 4) * integrator.charts.len().max(1));
     for chart in 0..integrator.charts.len() {
         let [columns, rows] = integrator.charts[chart].1.grid(per_light);
         let side = [1.0 / columns as f64, 1.0 / rows as f64];
@@ -131,36 +150,62 @@ impl Integrator<'_> {
             }
         }
         let cell = self.cell(chart, corner, side);
+        let bends = cell.bends();
+        let axis = usize::from(bends[1] > bends[0]);
+        if bends[axis] > BEND && side[axis] > FINEST_BENT {
+            for (corner, side) in halves(corner, side, axis) {
+                self.seed(chart, corner, side);
+            }
+            return;
+        }
         self.cells.push(cell);
     }
 
-    /// Asks the integrand at the nodes of a cell.
-    fn cell(&mut self, chart: usize, corner: [f64; 2], side: [f64; 2]) -> Cell {
-        self.evaluations += NODES;
+    /// The integrand at a point of the square, which stands for so much of its area.
+    fn node(&self, chart: usize, at: [f64; 2], area: f64) -> Node {
         let (light, directions) = &self.charts[chart];
+        let (wi, stretch) = directions.direction(at);
+        let wi = wi.as_vec3();
+        if self.point.normal().dot(wi) <= 0.0 {
+            return Node::DARK;
+        }
+        let x = self.point.integrand(wi, false);
+        if x.f.element_sum() <= 0.0 || (self.several && self.point.light_in_front(wi) != *light) {
+            return Node::DARK;
+        }
+        Node::new(area * stretch, x.f, x.p_light, x.p_bsdf)
+    }
+
+    /// Asks the integrand at the nodes of a cell, and at its corners.
+    fn cell(&mut self, chart: usize, corner: [f64; 2], side: [f64; 2]) -> Cell {
+        self.evaluations += NODES + 4;
         let mut nodes = [Node::DARK; NODES];
         let (mut content, mut differences) = ([0.0; K], [[0.0; K]; 2]);
         let mut lit = 0;
         for (k, node) in nodes.iter_mut().enumerate() {
             let (i, j) = (k / N, k % N);
-            let (wi, stretch) = directions.direction([corner[0] + X[i] * side[0], corner[1] + X[j] * side[1]]);
-            let wi = wi.as_vec3();
-            if self.point.normal().dot(wi) <= 0.0 {
-                continue;
-            }
-            let x = self.point.integrand(wi, false);
-            if x.f.element_sum() <= 0.0 || (self.several && self.point.light_in_front(wi) != *light) {
-                continue;
-            }
-            lit += 1;
-            *node = Node::new(W[i] * W[j] * side[0] * side[1] * stretch, x.f, x.p_light, x.p_bsdf);
+            let at = [corner[0] + X[i] * side[0], corner[1] + X[j] * side[1]];
+            *node = self.node(chart, at, W[i] * W[j] * side[0] * side[1]);
+            lit += usize::from(node.dw > 0.0);
             for (q, feature) in features(node).into_iter().enumerate() {
                 content[q] += feature;
                 differences[0][q] += DIFFERENCE[i] * feature;
                 differences[1][q] += DIFFERENCE[j] * feature;
             }
         }
-        let rough = lit != 0 && lit != NODES;
+        // An edge may pass between the nodes and the cell's own corners.
+        let mut least = [0.0f64; K];
+        let mut rough = lit != 0 && lit != NODES;
+        for (u, v) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let at = [corner[0] + f64::from(u as u8) * side[0], corner[1] + f64::from(v as u8) * side[1]];
+            let end = self.node(chart, at, side[0] * side[1]);
+            let next = &nodes[u * (N - 1) * N + v * (N - 1)];
+            let jumps = end.p[0] > 1.5 * next.p[0] || next.p[0] > 1.5 * end.p[0];
+            rough |= (end.y > 0.0) != (next.y > 0.0) || (end.y > 0.0 && jumps);
+            for (least, feature) in least.iter_mut().zip(features(&end)) {
+                *least = least.max(EDGE * feature);
+            }
+        }
         let mut error = [0.0; K];
         let mut worst = [0.0f64; 2];
         for q in 0..K {
@@ -171,6 +216,9 @@ impl Integrator<'_> {
                 // Where the integrand is smooth, terms of degree 4 are left out by the coarse rule, those of degree 10 by
                 // the fine one.
                 error[q] = content[q] * if rough { sum.max(EDGE) } else { sum * sum.min(1.0) };
+            }
+            if rough {
+                error[q] = error[q].max(least[q]);
             }
         }
         let axis = usize::from(worst[1] * side[1].sqrt() > worst[0] * side[0].sqrt());
@@ -185,7 +233,9 @@ impl Integrator<'_> {
         }
         let mut queue: BinaryHeap<Waiting> = BinaryHeap::new();
         queue.extend(self.cells.iter().enumerate().map(|(index, cell)| sums.waiting(cell, index)));
-        while sums.relative_error() > accuracy.relative_error && self.evaluations + 2 * NODES <= accuracy.evaluations {
+        while sums.relative_error() > accuracy.relative_error
+            && self.evaluations + 2 * (NODES + 4) <= accuracy.evaluations
+        {
             let Some(Waiting { error, index }) = queue.pop() else { break };
             if error <= 0.0 {
                 break;
@@ -251,7 +301,7 @@ impl Sums {
 
     fn relative_error(&self) -> f64 {
         let of = |q: usize| {
-            let error = self.smooth[q].max(0.0) + 2.0 * self.rough[q].max(0.0).sqrt();
+            let error = self.smooth[q].max(0.0) + 4.0 * self.rough[q].max(0.0).sqrt();
             if self.content[q] > 0.0 { error / self.content[q] } else { 0.0 }
         };
         (0..K).map(of).fold(0.0, f64::max)

@@ -32,8 +32,22 @@ pub(super) const DIFFERENCE: [f64; N] = {
     difference
 };
 
-/// Lines per axis on which a curve is looked for: three panels of the rule.
-const PANELS: usize = 3;
+/// By abscissa, what makes of values there the coefficient of the Legendre polynomial of degree 4.
+pub(super) const FOURTH: [f64; N] = {
+    let mut weights = [0.0; N];
+    let mut i = 0;
+    while i < N {
+        let x2 = (2.0 * X[i] - 1.0) * (2.0 * X[i] - 1.0);
+        weights[i] = 9.0 * W[i] * (35.0 * x2 * x2 - 30.0 * x2 + 3.0) / 8.0;
+        i += 1;
+    }
+    weights
+};
+
+/// Error of the area of a strip's parts at which it is no longer halved.
+const AREA: f64 = 1e-6;
+/// How often it is halved at most.
+const DEPTH: u32 = 6;
 /// Steps in which roots are looked for on a line.
 const STEPS: usize = 8;
 
@@ -74,44 +88,80 @@ pub(super) fn range(g: &[f64; NODES]) -> [f64; 2] {
 }
 
 /// Weights of the nodes for integrals over the parts of the square where g, known at the nodes, lies before, between and
-/// after the `cuts`, which rise: one part more than cuts. Exact where g and the integrand are polynomials of degree 4, and
-/// the curves do not end inside a panel.
+/// after the `cuts`, which rise: one part more than cuts. Exact where g and the integrand are polynomials of degree 4, but
+/// for what is left of the parts' areas where a curve ends: [`AREA`].
 pub(super) fn split(g: &[f64; NODES], cuts: &[f64]) -> Vec<[f64; NODES]> {
-    let mut parts = vec![[0.0; NODES]; cuts.len() + 1];
     // Lines run along the axis in which g changes more, so that they cross the curves.
     let change = |step: usize, next: usize| {
         let at = |i: usize, j: usize| g[i * next + j * step];
         (0..N).flat_map(|i| (1..N).map(move |j| (i, j))).map(|(i, j)| (at(i, j) - at(i, j - 1)).abs()).sum::<f64>()
     };
     let (step, next) = if change(1, N) >= change(N, 1) { (1, N) } else { (N, 1) };
-    for panel in 0..PANELS {
+    let strips = Strips { g, cuts, step, next };
+    strips.refine(strips.parts(0.0, 1.0), (0.0, 1.0), 0)
+}
+
+type Parts = Vec<[f64; NODES]>;
+
+/// A square cut into strips, and each strip by curves.
+struct Strips<'a> {
+    g: &'a [f64; NODES],
+    cuts: &'a [f64],
+    /// From node to node along a line, and from line to line.
+    step: usize,
+    next: usize,
+}
+
+impl Strips<'_> {
+    /// The parts of a strip, halved until their areas are known.
+    fn refine(&self, whole: Parts, (a, b): (f64, f64), depth: u32) -> Parts {
+        let middle = 0.5 * (a + b);
+        let [first, second] = [self.parts(a, middle), self.parts(middle, b)];
+        let area = |part: &[f64; NODES]| part.iter().sum::<f64>();
+        let settled = (0..whole.len()).all(|k| (area(&whole[k]) - area(&first[k]) - area(&second[k])).abs() <= AREA);
+        if settled || depth >= DEPTH {
+            return sum(first, &second);
+        }
+        sum(self.refine(first, (a, middle), depth + 1), &self.refine(second, (middle, b), depth + 1))
+    }
+
+    /// The parts of the strip between a and b, by the lines at its abscissae.
+    fn parts(&self, a: f64, b: f64) -> Parts {
+        let mut parts = vec![[0.0; NODES]; self.cuts.len() + 1];
         for (x, w) in X.into_iter().zip(W) {
-            let (outer, weight) = (basis((panel as f64 + x) / PANELS as f64), w / PANELS as f64);
+            let (outer, weight) = (basis(a + (b - a) * x), w * (b - a));
             let mut line = [0.0; N];
             for (j, value) in line.iter_mut().enumerate() {
-                *value = (0..N).map(|i| outer[i] * g[i * next + j * step]).sum();
+                *value = (0..N).map(|i| outer[i] * self.g[i * self.next + j * self.step]).sum();
             }
             let mut ends = vec![0.0, 1.0];
-            for &cut in cuts {
+            for &cut in self.cuts {
                 roots(&line, cut, &mut ends);
             }
             ends.sort_by(f64::total_cmp);
             for pair in ends.windows(2) {
                 let length = pair[1] - pair[0];
                 let middle = along(&line, 0.5 * (pair[0] + pair[1]));
-                let part = &mut parts[cuts.iter().filter(|&&cut| cut <= middle).count()];
+                let part = &mut parts[self.cuts.iter().filter(|&&cut| cut <= middle).count()];
                 for (y, w) in X.into_iter().zip(W) {
                     let inner = basis(pair[0] + length * y);
                     for i in 0..N {
                         for j in 0..N {
-                            part[i * next + j * step] += weight * outer[i] * w * length * inner[j];
+                            part[i * self.next + j * self.step] += weight * outer[i] * w * length * inner[j];
                         }
                     }
                 }
             }
         }
+        parts
     }
-    parts
+}
+
+fn sum(mut a: Parts, b: &Parts) -> Parts {
+    for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
+        *a += b;
+    }
+    a
 }
 
 /// Adds where the polynomial through `line` passes `level`.

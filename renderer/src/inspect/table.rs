@@ -58,7 +58,7 @@ impl Point<'_> {
         };
         for cell in cells.list {
             if cell.is_smooth() && cell.nodes.iter().all(|node| node.p[0] > 0.0 && node.p[1] > 0.0) {
-                table.smooth.push(Smooth { nodes: cell.nodes, range: range(&cell.nodes.map(|node| odds(&node))) });
+                table.smooth.push(Smooth { nodes: cell.nodes, range: range(&cell.nodes.map(|node| node.odds())) });
             } else {
                 table.single.extend(cell.nodes.into_iter().filter(|node| node.dw > 0.0));
             }
@@ -70,9 +70,11 @@ impl Point<'_> {
     }
 }
 
-/// Logarithm of p_L / p_B.
-fn odds(node: &Node) -> f64 {
-    (f64::from(node.p[0]) / f64::from(node.p[1])).ln()
+impl Node {
+    /// Logarithm of p_L / p_B.
+    pub fn odds(&self) -> f64 {
+        (f64::from(self.p[0]) / f64::from(self.p[1])).ln()
+    }
 }
 
 impl Table {
@@ -107,7 +109,7 @@ impl Table {
                 }
                 continue;
             }
-            for (weights, &side) in split(&nodes.map(|node| odds(&node)), &cuts).iter().zip(sides) {
+            for (weights, &side) in split(&nodes.map(|node| node.odds()), &cuts).iter().zip(sides) {
                 if weights.iter().all(|&weight| weight == 0.0) {
                     continue;
                 }
