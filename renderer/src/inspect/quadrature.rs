@@ -39,7 +39,9 @@ const GRADING: f64 = 0.75;
 /// Largest term of degree 4 that is left in the logarithm of p_L / p_B within a cell: where a heuristic jumps is read from
 /// the polynomial through the nodes.
 const BEND: f64 = 5e-4;
-/// Smallest side of a cell that is made for that reason.
+/// A term this large is the edge of another light, where p_L jumps.
+const JUMP: f64 = 0.1;
+/// Smallest side of a cell that is cut for its bend.
 const FINEST_BENT: f64 = 1.0 / 1024.0;
 /// Least error of a cell that the edge of a light or shadow crosses, in units of its content.
 const EDGE: f64 = 0.05;
@@ -102,6 +104,8 @@ struct Integrator<'a> {
     lobe: Option<(Vec3, f32)>,
     cells: Vec<Cell>,
     evaluations: usize,
+    /// Most evaluations.
+    most: usize,
 }
 
 /// Cells over all lights.
@@ -112,8 +116,15 @@ pub(super) fn integrate(point: &Point<'_>, accuracy: &Accuracy) -> Cells {
         lights.iter().enumerate().filter_map(|(i, light)| Some((i, Chart::new(light, position)?))).collect();
     let cos = point.normal().dot(point.wo()).max(0.1);
     let lobe = point.alpha().filter(|_| !point.is_mirror()).map(|alpha| (point.mirrored(), 2.0 * alpha * cos));
-    let mut integrator =
-        Integrator { point, several: lights.len() > 1, lobe, cells: Vec::new(), evaluations: 0, charts };
+    let mut integrator = Integrator {
+        point,
+        several: lights.len() > 1,
+        lobe,
+        cells: Vec::new(),
+        evaluations: 0,
+        most: accuracy.evaluations,
+        charts,
+    };
     // A quarter of all evaluations for the start.
     let per_light = accuracy.evaluations / (4 * (NODES + 4) * integrator.charts.len().max(1));
     for chart in 0..integrator.charts.len() {
@@ -152,7 +163,9 @@ impl Integrator<'_> {
         let cell = self.cell(chart, corner, side);
         let bends = cell.bends();
         let axis = usize::from(bends[1] > bends[0]);
-        if bends[axis] > BEND && side[axis] > FINEST_BENT {
+        // What jumps does not become smooth by cutting; it is left to `refine`.
+        let bends = bends[axis] > BEND && bends[axis] < JUMP;
+        if bends && side[axis] > FINEST_BENT && self.evaluations < self.most / 2 {
             for (corner, side) in halves(corner, side, axis) {
                 self.seed(chart, corner, side);
             }
@@ -233,9 +246,7 @@ impl Integrator<'_> {
         }
         let mut queue: BinaryHeap<Waiting> = BinaryHeap::new();
         queue.extend(self.cells.iter().enumerate().map(|(index, cell)| sums.waiting(cell, index)));
-        while sums.relative_error() > accuracy.relative_error
-            && self.evaluations + 2 * (NODES + 4) <= accuracy.evaluations
-        {
+        while sums.relative_error() > accuracy.relative_error && self.evaluations + 2 * (NODES + 4) <= self.most {
             let Some(Waiting { error, index }) = queue.pop() else { break };
             if error <= 0.0 {
                 break;

@@ -53,15 +53,7 @@ const STEPS: usize = 8;
 
 /// The polynomials that are 1 at one abscissa and 0 at the others (Lagrange), at x.
 pub(super) fn basis(x: f64) -> [f64; N] {
-    let mut values = [1.0; N];
-    for i in 0..N {
-        for j in 0..N {
-            if i != j {
-                values[i] *= (x - X[j]) / (X[i] - X[j]);
-            }
-        }
-    }
-    values
+    X.map(|at| X.iter().filter(|&&other| other != at).map(|other| (x - other) / (at - other)).product())
 }
 
 fn along(line: &[f64; N], x: f64) -> f64 {
