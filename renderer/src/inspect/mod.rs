@@ -11,6 +11,7 @@
 //! solid angle (1/sr), colours linear Rec. 709.
 
 mod best;
+mod cell;
 mod chart;
 mod direction;
 mod moments;

@@ -71,6 +71,14 @@ impl Point<'_> {
 }
 
 impl Node {
+    /// Nothing comes from there.
+    pub const DARK: Self = Self { dw: 0.0, y: 0.0, f: Vec3::ZERO, p: [0.0; 2] };
+
+    /// With its luminance.
+    pub fn new(dw: f64, f: Vec3, p_light: f32, p_bsdf: f32) -> Self {
+        Self { dw, y: luminance(f.as_dvec3()), f, p: [p_light, p_bsdf] }
+    }
+
     /// Logarithm of p_L / p_B.
     pub fn odds(&self) -> f64 {
         (f64::from(self.p[0]) / f64::from(self.p[1])).ln()
