@@ -19,7 +19,7 @@ pub(super) const W: [f64; N] = [
 ];
 
 /// Weights of the rule of degree 3 on the same abscissae: what it says differently is the error.
-const COARSE: [f64; N] = [0.202_964_554_656_493_23, 0.0, 0.594_070_890_687_013_5, 0.0, 0.202_964_554_656_493_23];
+const COARSE: [f64; N] = [0.202_964_438_547_983_2, 0.0, 0.594_071_122_904_033_6, 0.0, 0.202_964_438_547_983_2];
 
 /// By abscissa, what turns a sum by the rule into the difference of the coarse one.
 pub(super) const DIFFERENCE: [f64; N] = {
