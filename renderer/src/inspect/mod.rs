@@ -4,7 +4,7 @@
 //! meets; [`Point::direction`] what the estimator sees in one direction there (f, both densities, and by
 //! [`Direction::weighted`] the weights of any [`Estimator`]); [`Point::tabulate`] the same for all directions of all
 //! lights, from which [`Table::moments`] has mean and variance of any estimator *exactly*, that is by quadrature
-//! instead of sampling, and [`Table::best_c`] the c of least variance. [`replay`] draws one sample of one pixel again, to
+//! instead of sampling, and [`Table::best_c`] the c of least variance. [`replay()`] draws one sample of one pixel again, to
 //! the bit.
 //!
 //! Nothing here is fast lane code, and no lanes show: floats in, floats out. Lengths are in scene units, densities per
