@@ -4,23 +4,21 @@
 //! is timed many times and its shortest time counts, so that other programs on the machine
 //! do not; ratios come from one run. Latencies are as they are, other programs included.
 
-use mislab_kernel::request::{Estimator, ImageSettings, Sampling};
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::request::scene::Scene;
+use mislab_kernel::request::{Estimator, ImageSettings, PixelRect, Request, Sampling, Settings, Strategy};
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
 use serde::Serialize;
 
 use crate::engine::{Picture, Renderer};
 use crate::error::Error;
-use mislab_kernel::film::Tile;
-use mislab_kernel::lanes::Lanewise;
-use mislab_kernel::request::Request;
-use mislab_kernel::request::scene::Scene;
-use mislab_kernel::request::{PixelRect, Settings, Strategy};
-use mislab_kernel::tile::render_tile;
-use mislab_kernel::world::BuiltScene;
 
 /// Samples per pixel of one timed call, as the progressive renderer makes them in a running picture.
 const BURST: u32 = 8;

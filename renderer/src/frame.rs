@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::layer::Channel;
 use mislab_kernel::film::{COUNT, LUMINANCE, Tile, WEIGHT};
 use mislab_kernel::geometry::grid::BLOCK;
 use mislab_kernel::lanes::{Level, PACKET, dispatch};
-use mislab_kernel::request::Request;
-use mislab_kernel::request::{PixelRect, Strategy};
+use mislab_kernel::request::{PixelRect, Request, Strategy};
 use mislab_kernel::world::BuiltScene;
+
+use crate::layer::Channel;
 
 /// How much work a frame took.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,6 +13,7 @@ pub mod light_scenes;
 pub mod oracle;
 pub mod packets;
 pub mod pair;
+pub mod places;
 pub mod quadrature;
 pub mod statistics;
 pub mod two_lanes;

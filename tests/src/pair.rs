@@ -4,8 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::lanes::{Lanes, Mask, PACKET, Real, V3};
-use mislab_kernel::lanes::{Lanewise, Task};
+use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, V3};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
 use mislab_renderer::{SamplerKind, SamplerSettings};
 

@@ -4,8 +4,7 @@
 use glam::{DVec3, Vec3};
 use mislab_kernel::geometry::Geometry;
 use mislab_kernel::geometry::list::List;
-use mislab_kernel::lanes::{Lanes, PACKET, Real, Uint};
-use mislab_kernel::lanes::{Lanewise, Task};
+use mislab_kernel::lanes::{Lanes, Lanewise, PACKET, Real, Task, Uint};
 use mislab_kernel::light::{Light, LightShape, Lights};
 use mislab_kernel::world::culling::Patches;
 use mislab_tests::depth::depth;

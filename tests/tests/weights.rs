@@ -3,8 +3,7 @@
 use glam::Vec3;
 use mislab_kernel::estimator::bsdf::{self, Material, Surface};
 use mislab_kernel::estimator::heuristic::{self, Rivals};
-use mislab_kernel::lanes::{Lanes, Mask, PACKET, Real, V3};
-use mislab_kernel::lanes::{Lanewise, Task};
+use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, V3};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
 use mislab_renderer::{Bsdf, Heuristic, Reflectance};
 use mislab_tests::draws::Draws;

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::request::Request;
+
 use super::renderer::Renderer;
 use super::schedule::PictureState;
 use super::status::{Pace, State};
 use crate::error::Error;
 use crate::frame::Frame;
-use mislab_kernel::lanes::Lanewise;
-use mislab_kernel::request::Request;
 
 /// How far a blocking render is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::frame::{Frame, FrameStats};
 use mislab_kernel::film::Tile;
-use mislab_kernel::request::PixelRect;
-use mislab_kernel::request::Request;
+use mislab_kernel::request::{PixelRect, Request};
 use mislab_kernel::world::BuiltScene;
+
+use crate::frame::{Frame, FrameStats};
 
 /// Longest time a worker holds a tile, in seconds: bounds the wait for a cancelled pass.
 const SLICE: f64 = 2e-3;

@@ -4,6 +4,8 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use arc_swap::ArcSwapOption;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::request::Request;
 
 use super::core::Core;
 use super::job::Machine;
@@ -13,8 +15,6 @@ use super::status::{Pace, Status};
 use super::subscription::{Feed, Frames, Subscription};
 use super::worker::Shared;
 use crate::frame::Frame;
-use mislab_kernel::lanes::Lanewise;
-use mislab_kernel::request::Request;
 
 /// Worker threads and the pictures they work on. Dropping it cancels and joins them.
 pub struct Renderer {

@@ -4,17 +4,15 @@ use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use arc_swap::ArcSwapOption;
+use mislab_kernel::film::Tile;
+use mislab_kernel::request::{Invalid, PixelRect, Request};
+use mislab_kernel::world::BuiltScene;
 
 use super::job::{Job, Machine, recycle};
 use super::lockstep::{Lockstep, Standing};
 use super::status::{Pace, State, Status};
 use super::subscription::{Feed, Moment, Wanted};
 use crate::frame::Frame;
-use mislab_kernel::film::Tile;
-use mislab_kernel::request::Invalid;
-use mislab_kernel::request::PixelRect;
-use mislab_kernel::request::Request;
-use mislab_kernel::world::BuiltScene;
 
 /// Panics of one generation after which it is given up.
 const MAX_PANICS: u64 = 3;
@@ -388,6 +386,8 @@ impl PictureState {
 
 #[cfg(test)]
 mod tests {
+    use mislab_kernel::request::{ImageSettings, Sampling};
+
     use super::*;
     use crate::pbrt::embedded_scene;
     use mislab_kernel::request::Settings;

@@ -5,16 +5,15 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
+use mislab_kernel::film::Tile;
+use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::request::{Invalid, Request};
+use mislab_kernel::tile::render_tile;
+use mislab_kernel::world::BuiltScene;
 use thread_priority::ThreadPriority;
 
 use super::core::Core;
 use super::schedule::{Outcome, PictureState, Task, TileTask};
-use mislab_kernel::film::Tile;
-use mislab_kernel::lanes::Lanewise;
-use mislab_kernel::request::Invalid;
-use mislab_kernel::request::Request;
-use mislab_kernel::tile::render_tile;
-use mislab_kernel::world::BuiltScene;
 
 /// What workers and handles have in common.
 pub(super) struct Shared {

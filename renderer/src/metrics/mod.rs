@@ -3,7 +3,6 @@
 mod compare;
 
 pub use compare::{Comparison, Difference, Maximum, compare};
-
 use mislab_kernel::request::PixelRect;
 
 /// The constant in [`rel_mse`]'s denominator: keeps black pixels from counting without bound.

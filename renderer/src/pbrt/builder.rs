@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use glam::{DMat4, DVec3, Vec3};
+use mislab_kernel::request::Settings;
+use mislab_kernel::request::scene::{Camera, Light, Scene, Shape};
 
 use super::log::{Log, Pos, shown, suggestion};
 use super::material::{Materials, read_bsdf};
@@ -12,8 +14,6 @@ use super::shape::{Placement, read_area_light, read_shape};
 use super::transform::{Transform, flaw};
 use super::{SceneFile, header};
 use crate::error::Error;
-use mislab_kernel::request::Settings;
-use mislab_kernel::request::scene::{Camera, Light, Scene, Shape};
 
 /// Most `AttributeBegin` inside each other.
 const MAX_DEPTH: usize = 1000;

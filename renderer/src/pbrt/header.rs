@@ -3,12 +3,12 @@
 use std::num::NonZeroU32;
 
 use glam::DMat4;
+use mislab_kernel::request::scene::Camera;
+use mislab_kernel::request::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Settings, Strategy};
 
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
 use crate::error::Error;
-use mislab_kernel::request::scene::Camera;
-use mislab_kernel::request::{Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Settings, Strategy};
 
 /// Film as the file has it.
 pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, log: &mut Log) -> Result<String, Error> {

@@ -3,11 +3,11 @@
 use std::collections::{HashMap, HashSet};
 
 use glam::Vec3;
+use mislab_kernel::request::scene::{Bsdf, Material, Reflectance};
 
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
 use crate::error::Error;
-use mislab_kernel::request::scene::{Bsdf, Material, Reflectance};
 
 /// What pbrt uses where no material is given.
 const DEFAULT_MATTE: Bsdf = Bsdf::Matte { kd: Vec3::splat(0.5) };

@@ -23,12 +23,13 @@ mod transform;
 use std::path::Path;
 use std::sync::Arc;
 
+use mislab_kernel::request::Settings;
+use mislab_kernel::request::scene::Scene;
+
 use self::builder::Builder;
 use self::log::Log;
 use self::parser::Parser;
 use crate::error::{Diagnostic, Error};
-use mislab_kernel::request::Settings;
-use mislab_kernel::request::scene::Scene;
 
 /// The default scene (Veach's plates, plate 1 a mirror, four lights), as text to edit.
 pub const DEFAULT_SCENE: &str = include_str!("../../../assets/veach_mis.pbrt");

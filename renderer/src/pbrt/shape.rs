@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3, Vec3};
+use mislab_kernel::request::scene::Geometry;
 
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
@@ -10,7 +11,6 @@ use super::parser::Folders;
 use super::ply;
 use super::transform::{swaps_handedness, uniform_scale};
 use crate::error::Error;
-use mislab_kernel::request::scene::Geometry;
 
 /// Most triangles of one mesh.
 pub(super) const MAX_TRIANGLES: usize = 1 << 24;

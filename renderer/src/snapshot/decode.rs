@@ -12,13 +12,12 @@ use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
+use mislab_kernel::request::scene::Scene;
+use mislab_kernel::request::{Request, Settings};
+use mislab_kernel::world::BuiltScene;
 
 use super::{Image, MAX_IMAGE_BYTES, Restored, Window, names};
 use crate::error::Error;
-use mislab_kernel::request::Request;
-use mislab_kernel::request::Settings;
-use mislab_kernel::request::scene::Scene;
-use mislab_kernel::world::BuiltScene;
 
 /// See [`super::load_image`].
 pub(super) fn load_image(path: &Path) -> Result<Image, Error> {

@@ -14,11 +14,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use mislab_kernel::request::{PixelRect, Request};
+
 use crate::error::Error;
 use crate::frame::{Frame, FrameStats};
 use crate::layer::Channel;
-use mislab_kernel::request::PixelRect;
-use mislab_kernel::request::Request;
 
 /// What this program calls itself in files (`software`).
 pub const SOFTWARE: &str = concat!("MIS Lab ", env!("CARGO_PKG_VERSION"));

@@ -20,11 +20,14 @@ pub mod quality;
 pub mod regions;
 mod report;
 
-use mislab_kernel::request::{Estimator, ImageSettings, Sampling};
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use mislab_kernel::request::scene::Scene;
+use mislab_kernel::request::{
+    Estimator, ImageSettings, Request, SamplerKind, SamplerSettings, Sampling, Settings, Strategy,
+};
 use serde::Serialize;
 
 use self::quality::{Reference, crosses, mean_and_error, sidak};
@@ -33,9 +36,6 @@ use crate::engine::Renderer;
 use crate::error::Error;
 use crate::frame::Frame;
 use crate::layer::Channel;
-use mislab_kernel::request::Request;
-use mislab_kernel::request::scene::Scene;
-use mislab_kernel::request::{SamplerKind, SamplerSettings, Settings, Strategy};
 
 /// One file the tutorial asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -1,11 +1,11 @@
 //! Which pixels belong to which square of the table: plates found by geometry, lights by the reference.
 
 use glam::Vec3;
+use mislab_kernel::request::scene::{Geometry, Scene, Shape};
+use mislab_kernel::world::projection::{Projector, Ray};
 
 use super::{LightSize, LobeWidth};
 use crate::error::Error;
-use mislab_kernel::request::scene::{Geometry, Scene, Shape};
-use mislab_kernel::world::projection::{Projector, Ray};
 
 /// A square of the table, in the order of [`super::TableRow::cells`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

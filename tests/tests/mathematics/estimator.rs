@@ -4,8 +4,7 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::estimator::bsdf;
-use mislab_kernel::estimator::{Contribution, Reflected};
+use mislab_kernel::estimator::{Contribution, Reflected, bsdf};
 use mislab_kernel::lanes::{Single, V3};
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_kernel::world::BuiltScene;

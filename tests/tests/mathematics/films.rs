@@ -8,8 +8,7 @@ use std::time::{Duration, Instant};
 use glam::{DVec3, Vec3};
 use mislab_kernel::estimator::Contribution;
 use mislab_kernel::film::Tile;
-use mislab_kernel::lanes::Lanewise;
-use mislab_kernel::lanes::Single;
+use mislab_kernel::lanes::{Lanewise, Single};
 use mislab_kernel::sampler::Dimension;
 use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{

@@ -4,8 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::Vec3;
-use mislab_renderer::Error;
-use mislab_renderer::pbrt;
+use mislab_renderer::{Error, pbrt};
 
 use crate::{assert_failure, assert_no_warnings, mesh, sphere, world};
 

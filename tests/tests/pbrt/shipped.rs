@@ -2,8 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use mislab_kernel::world::BuiltScene;
-use mislab_renderer::pbrt;
-use mislab_renderer::{Bsdf, Reflectance, Settings, Shape};
+use mislab_renderer::{Bsdf, Reflectance, Settings, Shape, pbrt};
 
 use crate::{assert_matrix, assert_no_warnings, mesh, parse, sphere};
 

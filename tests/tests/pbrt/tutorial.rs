@@ -1,8 +1,7 @@
 //! The tutorial's headers, as printed and as copied from a PDF.
 
 use glam::DVec4;
-use mislab_renderer::pbrt;
-use mislab_renderer::{SamplerKind, Scene, Strategy};
+use mislab_renderer::{SamplerKind, Scene, Strategy, pbrt};
 
 use crate::{parse, warnings};
 

@@ -106,9 +106,14 @@ impl<'a, L: Lanes> Surface<'a, L> {
 }
 
 impl Material {
+    /// GGX width of the specular lobe; `None` without one.
+    pub fn alpha(&self) -> Option<f32> {
+        self.has_specular.then_some(self.alpha)
+    }
+
     /// True where the specular lobe is a Dirac delta.
     #[inline(always)]
-    fn is_dirac(&self) -> bool {
+    pub fn is_dirac(&self) -> bool {
         self.has_specular && self.alpha < MIRROR_ALPHA
     }
 

@@ -54,25 +54,25 @@ pub struct Point<'a, L: Lanes> {
 
 /// A direction as a technique drew it.
 #[derive(Clone, Copy)]
-struct Draw<L: Lanes> {
-    wi: V3<L>,
+pub(crate) struct Draw<L: Lanes> {
+    pub wi: V3<L>,
     /// Where the light technique aimed.
     aim: Aim<L>,
     /// Drawn by the light technique, not by the BSDF technique.
     by_light: L::M,
     /// The technique did not fail.
-    valid: L::M,
+    pub valid: L::M,
     /// Drawn from a Dirac lobe.
-    dirac: L::M,
+    pub dirac: L::M,
 }
 
 /// The integrand and both densities at a drawn direction.
-struct Candidate<L: Lanes> {
+pub(crate) struct Candidate<L: Lanes> {
     /// f(wi); 0 where no light is hit.
-    f: V3<L>,
+    pub f: V3<L>,
     /// p(wi) per solid angle. In a Dirac lobe `bsdf` is a probability instead, and `light` is 0: no light sample hits a
     /// mirror's one direction.
-    p: PerTechnique<L::F>,
+    pub p: PerTechnique<L::F>,
 }
 
 /// What one technique adds to one sample.
@@ -126,7 +126,12 @@ impl<L: Lanes> Point<'_, L> {
     /// One of the two: the light technique with probability c.
     #[inline(always)]
     fn draw_either(&self, u: &Numbers<L>) -> Draw<L> {
-        let by_light = drawn_by_light(self.view.l, self.estimator, u.get_1d(Dimension::Technique));
+        self.draw_where(drawn_by_light(self.view.l, self.estimator, u.get_1d(Dimension::Technique)), u)
+    }
+
+    /// The light technique where true, the BSDF technique elsewhere.
+    #[inline(always)]
+    pub(crate) fn draw_where(&self, by_light: L::M, u: &Numbers<L>) -> Draw<L> {
         if by_light.all() {
             self.draw_light(u)
         } else if by_light.any() {
@@ -139,8 +144,16 @@ impl<L: Lanes> Point<'_, L> {
     /// Follows the secondary ray that was drawn: `f / d`.
     #[inline(always)]
     fn estimate(&self, draw: &Draw<L>) -> Contribution<L> {
+        match self.candidate(draw) {
+            Some(x) => self.contribution(draw, &x),
+            None => Contribution::none(self.view.l),
+        }
+    }
+
+    /// What a candidate counts for.
+    #[inline(always)]
+    pub(crate) fn contribution(&self, draw: &Draw<L>, x: &Candidate<L>) -> Contribution<L> {
         let l = self.view.l;
-        let Some(x) = self.candidate(draw) else { return Contribution::none(l) };
         let c = technique_probs(self.estimator);
         let Estimator { strategy, heuristic, weights, .. } = *self.estimator;
         // How densely each technique draws this direction, as the heuristic sees it: the tutorial leaves out c.
@@ -164,7 +177,7 @@ impl<L: Lanes> Point<'_, L> {
 
     /// The integrand and both densities at a drawn direction. `None` if no lane's ray hits a light.
     #[inline(always)]
-    fn candidate(&self, draw: &Draw<L>) -> Option<Candidate<L>> {
+    pub(crate) fn candidate(&self, draw: &Draw<L>) -> Option<Candidate<L>> {
         let (l, s) = (self.view.l, &self.surface);
         let light = self.view.light_towards(s.p, draw.wi, draw.by_light.all().then_some(&draw.aim));
         let shines = self.here & draw.valid & light.shines;

@@ -583,6 +583,20 @@ impl Lights {
         Sight { pdf: density * each, t, radiance, shines }
     }
 
+    /// Index of the light surface that each ray meets first beyond `t_min`, as [`Self::look`] finds it; of those that meet
+    /// none, any.
+    #[inline(always)]
+    pub fn first_met<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F) -> L::U {
+        match &self.tree {
+            Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.clear).index,
+            None => {
+                let mut front = Front::none(l);
+                self.front_of_all(l, &mut front, (p, wi), t_min, self.clear, l.m(true));
+                front.index
+            }
+        }
+    }
+
     /// The same for directions that were drawn towards lights, where no ray meets two of them (see
     /// [`Self::can_be_apart`] and [`patch::Candidates::lights_apart`]): only the light chosen is asked.
     #[inline(always)]

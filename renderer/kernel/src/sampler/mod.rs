@@ -8,13 +8,12 @@ mod sobol;
 mod strata;
 mod unit;
 
+use crate::lanes::{Lanes, Mask, PACKET, Real, Uint};
+use crate::request::{SamplerKind, SamplerSettings, Strategy};
 use hash::{mix, mix_on, mix_one};
 use sobol::{scramble, sobol_1d, sobol_2d};
 use strata::{Order, Shuffle, Strata, nested};
 use unit::{HALF, UNIT, in_stratum};
-
-use crate::lanes::{Lanes, Mask, PACKET, Real, Uint};
-use crate::request::{SamplerKind, SamplerSettings, Strategy};
 
 /// What a random number is for. The same technique finds the same numbers in every strategy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 //! One dispatch to the machine's vector unit per tile (a dispatch costs about 27 ns).
 
 mod compiled;
+pub mod replay;
 mod turns;
 
 use crate::estimator::bsdf::Surface;

@@ -10,13 +10,11 @@ use std::sync::{Arc, OnceLock};
 use glam::{DVec3, Vec3};
 
 use crate::estimator::bsdf::Material;
-use crate::geometry::Geometry;
-use crate::geometry::grid;
 use crate::geometry::shape::{Ball, Facet};
+use crate::geometry::{Geometry, grid};
 use crate::light::{Light, LightShape, Lights};
-use crate::request::Invalid;
-use crate::request::Settings;
 use crate::request::scene::{self, Scene};
+use crate::request::{Invalid, Settings};
 use camera::Pinhole;
 use culling::{Candidates, Patches};
 pub use view::{CameraHit, View};

@@ -19,10 +19,9 @@
 mod build;
 mod walk;
 
+use super::shape::FACET_NUMBERS;
 pub(crate) use build::Binary;
 pub(crate) use walk::{near_and_far, reciprocal};
-
-use super::shape::FACET_NUMBERS;
 
 /// Children of a node.
 pub(crate) const FAN: usize = 16;

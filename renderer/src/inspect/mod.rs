@@ -1,0 +1,46 @@
+//! The study's window: one point of one pixel, in plain numbers.
+//!
+//! The renderer's own functions, asked on one lane: [`Inspector::at_pixel`] finds the surface [`Point`] that a camera ray
+//! meets; [`Point::direction`] what the estimator sees in one direction there (f, both densities, and by
+//! [`Direction::weighted`] the weights of any estimator); [`Point::tabulate`] the same for all directions of all
+//! lights, from which [`Table::moments`] has mean and variance of any estimator *exactly*, that is by quadrature
+//! instead of sampling, and [`Table::best_c`] the c of least variance. [`replay()`] draws one sample of one pixel again, to
+//! the bit.
+//!
+//! Nothing here is fast lane code, and no lanes show: floats in, floats out. Lengths are in scene units, densities per
+//! solid angle (1/sr), colours linear Rec. 709.
+
+mod best;
+mod cell;
+mod chart;
+mod direction;
+mod moments;
+mod point;
+mod quadrature;
+mod replay;
+mod rule;
+mod table;
+mod weights;
+
+pub use best::Best;
+pub use direction::{Direction, Met};
+pub use mislab_kernel::estimator::Technique;
+use mislab_kernel::film::LUMINANCE;
+use mislab_kernel::lanes::{Single, V3};
+pub use mislab_kernel::tile::replay::{Drawn, Ray, Replayed};
+pub use moments::{Moments, Sampled};
+pub use point::{Inspector, Point, Seen};
+pub use quadrature::Accuracy;
+pub use replay::replay;
+pub use table::Table;
+pub use weights::Weighted;
+
+/// A vector on one lane as a plain one.
+fn plain(v: V3<Single>) -> glam::Vec3 {
+    glam::Vec3::new(v.x, v.y, v.z)
+}
+
+/// Luminance of a colour, in f64.
+fn luminance(c: glam::DVec3) -> f64 {
+    glam::DVec3::from_array(LUMINANCE.map(f64::from)).dot(c)
+}
