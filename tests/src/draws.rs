@@ -1,6 +1,7 @@
 //! The random numbers of some pixels, any sample at a time.
 
 use mislab_kernel::lanes::Lanes;
+use mislab_kernel::request::PerTechnique;
 use mislab_kernel::sampler::{Dimension, Numbers, Pixels, Sampler, Which};
 use mislab_renderer::SamplerSettings;
 
@@ -38,7 +39,13 @@ impl<L: Lanes> Draws<L> {
         if self.techniques {
             numbers.set_technique(self.sampler.technique(self.l, 0, &self.pixels));
         }
-        self.sampler.draw(self.l, Which { sample: 0, next: self.l.m(false) }, &self.pixels, [true; 2], &mut numbers);
+        self.sampler.draw(
+            self.l,
+            Which { sample: 0, next: self.l.m(false) },
+            &self.pixels,
+            PerTechnique::BOTH,
+            &mut numbers,
+        );
         numbers
     }
 }

@@ -1,7 +1,7 @@
 //! Lights around a point, for tests of their densities and weights.
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::estimator::bsdf::Material;
+use mislab_kernel::bsdf::Material;
 use mislab_kernel::geometry::shape::{Ball, Facet};
 use mislab_kernel::light::{Light, LightShape, Lights};
 

@@ -64,7 +64,7 @@ impl Lanes for Two {
     fn gather(self, table: &[f32], index: Integers) -> Floats {
         Floats(index.0.map(|i| table[i as usize]))
     }
-    fn apart<R>(self, task: impl FnOnce() -> R) -> R {
+    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
         task()
     }
 }

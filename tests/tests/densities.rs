@@ -15,10 +15,10 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::estimator::bsdf::{self, Material, Surface};
-use mislab_kernel::estimator::warp;
+use mislab_kernel::bsdf::{self, Material, Surface};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, V3};
 use mislab_kernel::sampler::{Dimension, Numbers};
+use mislab_kernel::warp;
 use mislab_renderer::{Bsdf, Reflectance};
 use mislab_tests::charts::{Chart, frame};
 use mislab_tests::chi_square::PValues;

@@ -177,12 +177,12 @@ fn lists_lose_nothing() {
             pictures += 1;
             let everything = listed.patches.everything();
             let corner = |[x, y]: [u32; 2]| [x / 8 * 8, y / 8 * 8];
-            let near = listed.patches.candidates(&listed.camera, corner(bounds.min), corner(bounds.max));
+            let near = listed.patches.cull(&listed.camera, corner(bounds.min), corner(bounds.max));
             narrowed += usize::from(near.surfaces.len() < everything.surfaces.len());
             if name.starts_with("lamps") {
                 for x in (bounds.min[0]..bounds.max[0]).step_by(8) {
-                    let near = listed.near([x, bounds.min[1]]);
-                    apart[usize::from(near.lights_apart)] += usize::from(near.covered);
+                    let near = listed.culled([x, bounds.min[1]]);
+                    apart[usize::from(near.lights_disjoint)] += usize::from(near.covered);
                 }
             }
         }
@@ -204,10 +204,10 @@ fn most_patches_of_the_default_scene_see_one_surface_no_occluder_and_lights_apar
     let (mut alone, mut open, mut apart, mut all) = (0, 0, 0, 0);
     for y in (0..800).step_by(8) {
         for x in (0..800).step_by(8) {
-            let near = scene.patches.candidates(&scene.camera, [x, y], [x + 8, y + 8]);
+            let near = scene.patches.cull(&scene.camera, [x, y], [x + 8, y + 8]);
             alone += usize::from(near.covered);
             open += usize::from(!near.may_be_blocked());
-            apart += usize::from(near.lights_apart);
+            apart += usize::from(near.lights_disjoint);
             all += 1;
         }
     }
@@ -234,11 +234,11 @@ fn clear_scenes_are_clear() {
         if balls.is_empty() {
             continue;
         }
-        count[usize::from(built.lights.is_clear())] += 1;
+        count[usize::from(built.lights.are_seen_from_outside())] += 1;
         if name == "default" || name == "plastic" {
-            assert!(built.lights.is_clear(), "{name}");
+            assert!(built.lights.are_seen_from_outside(), "{name}");
         }
-        if !built.lights.is_clear() {
+        if !built.lights.are_seen_from_outside() {
             continue;
         }
         for (center, radius) in balls {

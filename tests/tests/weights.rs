@@ -1,7 +1,7 @@
 //! The two weights of every direction sum to 1 and are never negative.
 
 use glam::Vec3;
-use mislab_kernel::estimator::bsdf::{self, Material, Surface};
+use mislab_kernel::bsdf::{self, Material, Surface};
 use mislab_kernel::estimator::heuristic::{self, Rivals};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, V3};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};

@@ -50,7 +50,7 @@ pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &m
         }
     });
     if reset {
-        out.push(Edit::SetSpp(defaults.sampling.spp.map_or(SppTarget::Endless, SppTarget::Passes)).into());
+        out.push(Edit::SetSpp(defaults.spp.map_or(SppTarget::Endless, SppTarget::Passes)).into());
     }
     let reset = labelled(ui, "seed", LABEL, |ui| {
         let mut seed = sampling.seed;
@@ -66,7 +66,7 @@ pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &m
         }
     });
     if reset {
-        out.push(Edit::SetSeed(defaults.sampling.seed).into());
+        out.push(Edit::SetSeed(defaults.seed).into());
     }
 }
 

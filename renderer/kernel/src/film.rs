@@ -7,7 +7,7 @@
 use crate::estimator::{Contribution, Reflected};
 use crate::geometry::grid::{BLOCK, PATCH, SIDE};
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
-use crate::request::{PixelRect, Strategy};
+use crate::request::{PerTechnique, PixelRect, Strategy};
 
 /// Rec. 709 luminance of a colour.
 pub const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
@@ -101,14 +101,14 @@ impl Sums {
 
 /// What a technique adds up to.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Technique {
+struct TechniqueSums {
     /// See [`TECHNIQUE`].
     sums: Sums,
     /// Number of samples that carry light, `[block][lane]`.
     counts: Vec<u32>,
 }
 
-impl Technique {
+impl TechniqueSums {
     fn prepare(&mut self, blocks: usize) {
         self.sums.prepare(TECHNIQUE, blocks);
         self.counts.resize(blocks * PACKET, 0);
@@ -224,9 +224,9 @@ pub struct Tile {
     /// Adds up the picture only, no layers: to measure what they cost. Such a tile cannot be shown.
     pub bare: bool,
     /// Which techniques the strategy draws; the other's sums mean nothing.
-    draws: [bool; 2],
-    light: Technique,
-    bsdf: Technique,
+    draws: PerTechnique<bool>,
+    light: TechniqueSums,
+    bsdf: TechniqueSums,
     /// Directly visible emission; empty while no light has been seen.
     emission: Option<Sums>,
     luminance2: Sums,
@@ -262,17 +262,13 @@ impl Tile {
         let count = (blocks[0] * blocks[1]) as usize;
         let (mut light, mut bsdf, mut luminance2) = match recycled {
             Some(tile) => (tile.light, tile.bsdf, tile.luminance2),
-            None => (Technique::default(), Technique::default(), Sums::default()),
+            None => (TechniqueSums::default(), TechniqueSums::default(), Sums::default()),
         };
-        let draws = match strategy {
-            Strategy::Light => [true, false],
-            Strategy::Bsdf => [false, true],
-            Strategy::MisAll | Strategy::Mis => [true, true],
-        };
-        if draws[0] {
+        let draws = strategy.draws();
+        if draws.light {
             light.prepare(count);
         }
-        if draws[1] {
+        if draws.bsdf {
             bsdf.prepare(count);
         }
         luminance2.prepare(1, count);
@@ -282,11 +278,11 @@ impl Tile {
     /// A copy of this tile, on the buffers of `recycled` if it has any.
     pub fn copy(&self, recycled: Option<Self>) -> Self {
         let Some(mut copy) = recycled else { return self.clone() };
-        let techniques = [(&mut copy.light, &self.light), (&mut copy.bsdf, &self.bsdf)];
-        for ((to, from), drawn) in techniques.into_iter().zip(self.draws) {
-            if drawn {
-                to.copy(from, self.samples);
-            }
+        if self.draws.light {
+            copy.light.copy(&self.light, self.samples);
+        }
+        if self.draws.bsdf {
+            copy.bsdf.copy(&self.bsdf, self.samples);
         }
         copy.luminance2.copy(&self.luminance2, self.samples);
         let (light, bsdf, luminance2) = (copy.light, copy.bsdf, copy.luminance2);
@@ -342,20 +338,20 @@ impl Tile {
     /// False where one technique draws all samples: their weights are 1.
     #[inline(always)]
     fn is_weighted(&self) -> bool {
-        self.draws == [true; 2]
+        self.draws == PerTechnique::BOTH
     }
 
     /// Sums of the light technique over all samples, one value per pixel of `block`.
     #[inline(always)]
     pub fn light(&self, block: usize, channel: usize) -> [f64; PACKET] {
-        let technique = self.draws[0].then_some(&self.light);
+        let technique = self.draws.light.then_some(&self.light);
         technique.map_or([0.0; PACKET], |light| light.block(self.samples, block, channel, self.is_weighted()))
     }
 
     /// The same of the BSDF technique.
     #[inline(always)]
     pub fn bsdf(&self, block: usize, channel: usize) -> [f64; PACKET] {
-        let technique = self.draws[1].then_some(&self.bsdf);
+        let technique = self.draws.bsdf.then_some(&self.bsdf);
         technique.map_or([0.0; PACKET], |bsdf| bsdf.block(self.samples, block, channel, self.is_weighted()))
     }
 
@@ -385,14 +381,14 @@ impl Tile {
         let square = y * y;
         let valid = square.le(l.f(f32::MAX));
         if self.bare {
-            let technique = if self.draws[0] { &mut self.light } else { &mut self.bsdf };
+            let technique = if self.draws.light { &mut self.light } else { &mut self.bsdf };
             technique.sums.add(l, at, index, valid, [total.x, total.y, total.z]);
         } else {
             let weighted = self.is_weighted();
-            if self.draws[0] {
+            if self.draws.light {
                 self.light.add(l, at, index, &reflected.light, valid, weighted);
             }
-            if self.draws[1] {
+            if self.draws.bsdf {
                 self.bsdf.add(l, at, index, &reflected.bsdf, valid, weighted);
             }
         }

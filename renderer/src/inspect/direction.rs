@@ -1,7 +1,7 @@
 //! What the estimator sees in one direction.
 
 use glam::Vec3;
-use mislab_kernel::estimator::bsdf;
+use mislab_kernel::bsdf;
 use mislab_kernel::lanes::{Single, V3};
 use mislab_kernel::light::LightShape;
 use mislab_kernel::request::Estimator;

@@ -24,9 +24,9 @@ mod weights;
 
 pub use best::Best;
 pub use direction::{Direction, Met};
-pub use mislab_kernel::estimator::Technique;
 use mislab_kernel::film::LUMINANCE;
 use mislab_kernel::lanes::{Single, V3};
+pub use mislab_kernel::request::Technique;
 pub use mislab_kernel::tile::replay::{Drawn, Ray, Replayed};
 pub use moments::{Moments, Sampled};
 pub use point::{Inspector, Point, Seen};

@@ -1,11 +1,11 @@
 //! What a camera ray meets.
 
 use glam::Vec3;
-use mislab_kernel::estimator::bsdf::{Material, Surface};
+use mislab_kernel::bsdf::{Material, Surface};
 use mislab_kernel::geometry::grid::SIDE;
 use mislab_kernel::lanes::{Single, V3};
 use mislab_kernel::request::Settings;
-use mislab_kernel::world::culling::Candidates;
+use mislab_kernel::world::culling::Culled;
 use mislab_kernel::world::{BuiltScene, View};
 
 use super::plain;
@@ -32,7 +32,7 @@ pub struct Point<'a> {
     pub(super) scene: &'a BuiltScene,
     pub(super) surface: Surface<'a, Single>,
     pub(super) wo: V3<Single>,
-    pub(super) near: Candidates,
+    pub(super) near: Culled,
     shape: u32,
     emitted: Vec3,
 }
@@ -49,7 +49,7 @@ impl<'a> Inspector<'a> {
         let [width, height] = self.settings.image.resolution.map(|n| n as f32);
         let inside = (0.0..width).contains(&x) && (0.0..height).contains(&y);
         let near = if inside {
-            self.scene.near([x, y].map(|v| v as u32 / SIDE * SIDE))
+            self.scene.culled([x, y].map(|v| v as u32 / SIDE * SIDE))
         } else {
             self.scene.patches.everything()
         };
@@ -58,7 +58,7 @@ impl<'a> Inspector<'a> {
 }
 
 #[inline(never)]
-fn seen(scene: &BuiltScene, near: Candidates, x: f32, y: f32) -> Seen<'_> {
+fn seen(scene: &BuiltScene, near: Culled, x: f32, y: f32) -> Seen<'_> {
     let dir = scene.camera.direction(Single, x, y);
     let hit = View { l: Single, scene, culled: &near }.camera_hit(dir);
     let emitted = plain(hit.emitted);

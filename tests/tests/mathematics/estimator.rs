@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::estimator::{Contribution, Reflected, bsdf};
+use mislab_kernel::bsdf;
+use mislab_kernel::estimator::{Contribution, Reflected};
 use mislab_kernel::lanes::{Single, V3};
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_kernel::world::BuiltScene;
@@ -271,8 +272,7 @@ fn every_contribution_is_weight_times_integrand_over_density() {
             let [x, y] = [pixel % SIDE, pixel / SIDE];
             let dir = built.camera.direction(Single, x as f32 + 0.5, y as f32 + 0.5);
             let corner = [x / 8 * 8, y / 8 * 8];
-            let near =
-                lists.each_ref().map(|scene| scene.patches.candidates(&scene.camera, corner, corner.map(|c| c + 8)));
+            let near = lists.each_ref().map(|scene| scene.patches.cull(&scene.camera, corner, corner.map(|c| c + 8)));
             let hit = once::camera_hit(&built, dir, &near[0]);
             if !hit.surface {
                 continue;

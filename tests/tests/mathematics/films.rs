@@ -54,7 +54,7 @@ fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> 
     let mut sampler = Draws::new(Single, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
     sampler.start(once::key(settings.sampling.seed, x, y), once::patch(settings.sampling.seed, x, y));
     let corner = [x / 8 * 8, y / 8 * 8];
-    let near = scene.patches.candidates(&scene.camera, corner, corner.map(|c| c + 8));
+    let near = scene.patches.cull(&scene.camera, corner, corner.map(|c| c + 8));
     let mut sums = Sums::default();
     for index in 0..spp {
         let random = once::draw(&mut sampler, index);

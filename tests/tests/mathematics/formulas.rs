@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::estimator::bsdf::{Material, Surface};
-use mislab_kernel::estimator::warp;
+use mislab_kernel::bsdf::{Material, Surface};
 use mislab_kernel::lanes::{Single, V3};
+use mislab_kernel::warp;
 use mislab_renderer::{Bsdf, Reflectance};
 use mislab_tests::charts::frame;
 use mislab_tests::light_scenes::random;

@@ -367,7 +367,7 @@ fn lights_seen_directly() {
                 skipped += 1;
                 continue;
             }
-            let near = built.patches.candidates(&built.camera, corner, corner.map(|c| c + 8));
+            let near = built.patches.cull(&built.camera, corner, corner.map(|c| c + 8));
             let hit = once::camera_hit(&built, dir, &near);
             let what = || {
                 format!("{name}, pixel {x}, {y}: {} at {}, expected {radiance} at {t}", d(hit.emitted), d(hit.points.p))

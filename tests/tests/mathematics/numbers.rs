@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 
 use mislab_kernel::lanes::{Single, Wrapping};
+use mislab_kernel::request::PerTechnique;
 use mislab_kernel::sampler::{Dimension, Numbers, Pixels, RUN, Sampler, Which, patch_key};
 use mislab_renderer::{SamplerKind, SamplerSettings, Strategy};
 use mislab_tests::chi_square::{PValues, chi_square};
@@ -109,7 +110,8 @@ fn numbers_depend_on_nothing_but_their_names() {
 fn numbers_of_the_other_technique_are_left_alone() {
     for settings in samplers() {
         let all = once::draw(&mut at(&settings, 5, 9), 4);
-        for asked in [[true, true], [true, false], [false, true], [false, false]] {
+        for [light, bsdf] in [[true, true], [true, false], [false, true], [false, false]] {
+            let asked = PerTechnique { light, bsdf };
             let mut sampler = Sampler::new(&settings, ALL);
             let mut pixels = Pixels::new(Single, key(5, 9));
             sampler.start(4, 1);
@@ -120,8 +122,8 @@ fn numbers_of_the_other_technique_are_left_alone() {
             let drawn = |dimension| match dimension {
                 Dimension::Pixel => true,
                 Dimension::Technique => false,
-                Dimension::LightChoice | Dimension::Light => asked[0],
-                Dimension::Lobe | Dimension::Bsdf => asked[1],
+                Dimension::LightChoice | Dimension::Light => light,
+                Dimension::Lobe | Dimension::Bsdf => bsdf,
             };
             for dimension in Dimension::ALL {
                 let expected = if drawn(dimension) { all.get_2d(dimension) } else { [0.0; 2] };
@@ -227,13 +229,13 @@ fn runs_hold_the_samples_that_come_alone() {
                     let mut numbers = Numbers::nothing(Single);
                     numbers.set_technique(sampler.technique(Single, i as usize, &pixels));
                     let which = Which { sample: i as usize, next: false };
-                    sampler.draw(Single, which, &pixels, [true; 2], &mut numbers);
+                    sampler.draw(Single, which, &pixels, PerTechnique::BOTH, &mut numbers);
                     let alone = once::draw(&mut at(&settings, 5, 9), next + i);
                     assert_eq!(each(&numbers), each(&alone), "{what}: number {i}");
                     // The second one of a pair, asked for by way of the first.
                     if i > 0 {
                         let which = Which { sample: i as usize - 1, next: true };
-                        sampler.draw(Single, which, &pixels, [true; 2], &mut numbers);
+                        sampler.draw(Single, which, &pixels, PerTechnique::BOTH, &mut numbers);
                         assert_eq!(each(&numbers), each(&alone), "{what}: number {i} from the one before");
                     }
                 }

@@ -2,12 +2,12 @@
 //! from, and the time to compile them is most of the time that a mutant takes.
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::estimator::bsdf::{self, BsdfValue, Surface};
+use mislab_kernel::bsdf::{self, BsdfValue, Surface};
 use mislab_kernel::estimator::{Point, Reflected};
 use mislab_kernel::lanes::{Single, V3, Wrapping};
 use mislab_kernel::light::{Lights, Sight};
 use mislab_kernel::sampler::{Dimension, Numbers, patch_key, pixel_keys};
-use mislab_kernel::world::culling::Candidates;
+use mislab_kernel::world::culling::Culled;
 use mislab_kernel::world::{BuiltScene, CameraHit, View};
 use mislab_renderer::Settings;
 use mislab_tests::draws::Draws;
@@ -82,7 +82,7 @@ pub fn sample_light(lights: &Lights, p: V3<Single>, random: &Numbers<Single>) ->
 }
 
 #[inline(never)]
-pub fn camera_hit<'a>(scene: &'a BuiltScene, dir: V3<Single>, near: &'a Candidates) -> CameraHit<'a, Single> {
+pub fn camera_hit<'a>(scene: &'a BuiltScene, dir: V3<Single>, near: &'a Culled) -> CameraHit<'a, Single> {
     View { l: Single, scene, culled: near }.camera_hit(dir)
 }
 
@@ -98,7 +98,7 @@ pub fn reflected(
     s: &Surface<'_, Single>,
     wo: V3<Single>,
     random: &Numbers<Single>,
-    near: &Candidates,
+    near: &Culled,
 ) -> Reflected<Single> {
     let view = View { l: Single, scene, culled: near };
     Point { view, estimator: &settings.estimator, surface: *s, wo, here: true }.reflected(random)

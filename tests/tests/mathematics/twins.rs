@@ -1,13 +1,13 @@
 //! Two lanes at a time give what each of them gives alone, to the bit: masks and shortcuts ("if any lane ...") let no
 //! lane see another.
 
-use mislab_kernel::estimator::bsdf::Surface;
+use mislab_kernel::bsdf::Surface;
 use mislab_kernel::estimator::{Contribution, Point, Reflected};
 use mislab_kernel::film::{Rest, Sample, Tile};
 use mislab_kernel::geometry::grid::BLOCK;
 use mislab_kernel::lanes::{Lanes, Mask, Real, Single, V3};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
-use mislab_kernel::world::culling::Candidates;
+use mislab_kernel::world::culling::Culled;
 use mislab_kernel::world::{BuiltScene, View};
 use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use mislab_tests::draws::Draws;
@@ -44,7 +44,7 @@ fn reflected(
     s: &Surface<'_, Two>,
     wo: V3<Two>,
     random: &Numbers<Two>,
-    near: &Candidates,
+    near: &Culled,
 ) -> Reflected<Two> {
     let view = View { l: Two, scene, culled: near };
     Point { view, estimator: &settings.estimator, surface: *s, wo, here: Truths([true; 2]) }.reflected(random)
@@ -60,7 +60,7 @@ fn samples_of_two_pixels() {
         for pixel in (0..SIDE * SIDE).step_by(2) {
             let [x, y] = [pixel % SIDE, pixel / SIDE];
             let corner = [x / 8 * 8, y / 8 * 8];
-            let near = built.patches.candidates(&built.camera, corner, corner.map(|c| c + 8));
+            let near = built.patches.cull(&built.camera, corner, corner.map(|c| c + 8));
             let x2 = Floats([x as f32 + 0.5, x as f32 + 1.5]);
             let dir = built.camera.direction(Two, x2, Floats([y as f32 + 0.5; 2]));
             let hit = View { l: Two, scene: &built, culled: &near }.camera_hit(dir);

@@ -4,8 +4,8 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use mislab_kernel::estimator::warp;
 use mislab_kernel::lanes::{Single, V3};
+use mislab_kernel::warp;
 
 use crate::once::d;
 

@@ -3,9 +3,8 @@
 //! Densities differ by many orders of magnitude (a mirror-like lobe reaches 1e6 per steradian, a whole sky 0.08): none is
 //! squared, only their ratio is.
 
-use super::PerTechnique;
 use crate::lanes::{Lanes, Mask, Real};
-use crate::request::Heuristic;
+use crate::request::{Heuristic, PerTechnique};
 
 /// Exponent of the power heuristic.
 pub const POWER_BETA: u32 = 2;

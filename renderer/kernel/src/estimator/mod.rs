@@ -22,18 +22,14 @@
 //! A weight belongs to the technique that drew the sample. The weights of a direction sum to one because both techniques
 //! evaluate the same two densities.
 
-pub mod bsdf;
 pub mod heuristic;
-mod technique;
-pub mod warp;
 
-use bsdf::Surface;
 use heuristic::{Rivals, Weighted};
-pub use technique::{PerTechnique, Technique};
 
+use crate::bsdf::{self, Surface};
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::light::Aim;
-use crate::request::{Estimator, OneSampleWeights, Strategy};
+use crate::request::{Estimator, OneSampleWeights, PerTechnique, Strategy};
 use crate::sampler::{Dimension, Numbers};
 use crate::world::View;
 

@@ -75,7 +75,7 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     /// takes so long that a call does not matter. It is then compiled once, not wherever it is used, and what
     /// is always needed stays short. The task must be `#[inline(always)]` and own all lanes that it takes
     /// along: those it borrowed would have to stay in memory.
-    fn apart<R>(self, task: impl FnOnce() -> R) -> R;
+    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R;
 }
 
 /// Floats in lanes.

@@ -65,7 +65,7 @@ impl Lanes for Single {
         table[index.0 as usize]
     }
     #[inline(never)]
-    fn apart<R>(self, task: impl FnOnce() -> R) -> R {
+    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
         task()
     }
 }

@@ -70,8 +70,8 @@ impl<A: Lanes> Lanes for Twice<A> {
         Two(self.0.gather(table, index.0), self.0.gather(table, index.1))
     }
     #[inline(always)]
-    fn apart<R>(self, task: impl FnOnce() -> R) -> R {
-        self.0.apart(task)
+    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
+        self.0.out_of_line(task)
     }
 }
 

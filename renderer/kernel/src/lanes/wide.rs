@@ -74,7 +74,7 @@ macro_rules! vector_lanes {
                 $f::simd_from(self.0, out)
             }
             #[inline(always)]
-            fn apart<R>(self, task: impl FnOnce() -> R) -> R {
+            fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
                 /// `vectorize` by itself may be inlined.
                 #[inline(never)]
                 fn call<S: Simd, R>(simd: S, task: impl FnOnce() -> R) -> R {

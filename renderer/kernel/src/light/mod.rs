@@ -9,12 +9,12 @@ mod tree;
 
 use glam::Vec3;
 
-use crate::estimator::warp;
 use crate::geometry::bounds::{ball_box, facet_box};
 use crate::geometry::list::{self, List};
 use crate::geometry::shape::{self, Ball, BallLanes, Facet, FacetLanes};
 use crate::lanes::{Lanes, Mask, Real, SHORT, Uint, V3};
 use crate::sampler::{Dimension, Numbers};
+use crate::warp;
 use tree::LightTree;
 
 /// Where a light is.
@@ -26,8 +26,8 @@ pub enum LightShape {
     Facet(Facet),
 }
 
-/// Up to so many lights are looked up in short tables, in which 0 stands for none.
-pub const FEW: usize = SHORT - 1;
+/// Most sphere lights that are looked up in a table of [`SHORT`] numbers, in which 0 stands for no light.
+pub const IN_TABLE: usize = SHORT - 1;
 
 /// Up to so many lights each is asked for every direction; a tree pays from about there.
 const FLAT_LIMIT: usize = 32;
@@ -40,7 +40,7 @@ pub struct Light {
     /// Emitted radiance.
     pub radiance: Vec3,
     /// What it reflects.
-    pub material: crate::estimator::bsdf::Material,
+    pub material: crate::bsdf::Material,
 }
 
 /// All lights that are on.
@@ -55,7 +55,7 @@ pub struct Lights {
     outside: Outside,
     tree: Option<LightTree>,
     /// No ray starts inside a ball light or next to its surface.
-    clear: bool,
+    from_outside: bool,
 }
 
 /// A sphere light.
@@ -67,7 +67,7 @@ struct BallLight {
     outside: u32,
 }
 
-/// Of up to [`FEW`] ball lights, what they show outside: nothing, then one after the other.
+/// Of up to [`IN_TABLE`] ball lights, what they show outside: nothing, then one after the other.
 #[derive(Debug, Default)]
 struct Outside {
     curvature2: [f32; SHORT],
@@ -155,7 +155,7 @@ struct Meeting<L: Lanes> {
 struct Chord<L: Lanes> {
     along: L::F,
     half2: L::F,
-    /// Square of the centre's distance in units of the radius squared; with `clear`, [`far_distance2`] knows it.
+    /// Square of the centre's distance in units of the radius squared; with `from_outside`, [`far_distance2`] knows it.
     x: L::F,
     /// The rays start inside.
     inside: L::M,
@@ -163,14 +163,21 @@ struct Chord<L: Lanes> {
     met: L::M,
 }
 
-/// With `clear`, rays start outside, and not next to the surface.
+/// With `from_outside`, rays start outside, and not next to the surface.
 #[inline(always)]
-fn chord<L: Lanes>(l: L, ball: &BallLanes<L>, curvature2: L::F, origin: V3<L>, dir: V3<L>, clear: bool) -> Chord<L> {
+fn chord<L: Lanes>(
+    l: L,
+    ball: &BallLanes<L>,
+    curvature2: L::F,
+    origin: V3<L>,
+    dir: V3<L>,
+    from_outside: bool,
+) -> Chord<L> {
     let zero = l.f(0.0);
     let (along, half2) = ball.chord(origin, dir);
     let (meets, ahead) = (half2.ge(zero), along.gt(zero));
     // Seen from outside it only has to lie ahead, however near: on its very surface it still fills half of all directions.
-    if clear {
+    if from_outside {
         return Chord { along, half2, x: zero, inside: l.m(false), met: meets & ahead };
     }
     let to_center = ball.center - origin;
@@ -207,9 +214,9 @@ impl<L: Lanes> BallLightLanes<L> {
 
     /// Whether and where rays meet it. From inside only what lies beyond `t_min` is met.
     #[inline(always)]
-    fn meet(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F, clear: bool) -> Meeting<L> {
-        let Chord { along, half2, x, inside, met } = chord(l, &self.ball, self.curvature2, origin, dir, clear);
-        let x = if clear { far_distance2(l, along, half2, self.curvature2) } else { x };
+    fn meet(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F, from_outside: bool) -> Meeting<L> {
+        let Chord { along, half2, x, inside, met } = chord(l, &self.ball, self.curvature2, origin, dir, from_outside);
+        let x = if from_outside { far_distance2(l, along, half2, self.curvature2) } else { x };
         let half = half2.max(l.f(0.0)).sqrt();
         let distance = (along + inside.select(half, -half)).max(l.f(0.0));
         let met = met & (!inside | distance.gt(t_min));
@@ -285,7 +292,7 @@ impl Lights {
             balls.extend(ball.map(|ball| BallLight {
                 ball,
                 radiance: light.radiance,
-                outside: if ball.inward || balls.len() >= FEW { 0 } else { balls.len() as u32 + 1 },
+                outside: if ball.inward || balls.len() >= IN_TABLE { 0 } else { balls.len() as u32 + 1 },
             }));
             if let Some(BallLight { ball, radiance, outside: at @ 1.. }) = balls.last() {
                 let at = *at as usize;
@@ -332,7 +339,7 @@ impl Lights {
                 .collect();
             LightTree::new(&boxes)
         });
-        Self { list, balls, facets, tables: t, outside, tree, clear: false }
+        Self { list, balls, facets, tables: t, outside, tree, from_outside: false }
     }
 
     /// True if these are the same shapes, whatever they emit.
@@ -355,14 +362,14 @@ impl Lights {
     /// The same lights, where no point that is asked about can lie inside of one or nearer to its surface than a
     /// thousandth of its radius.
     #[must_use]
-    pub fn clear(mut self) -> Self {
-        self.clear = true;
+    pub fn seen_from_outside(mut self) -> Self {
+        self.from_outside = true;
         self
     }
 
-    /// See [`Self::clear`].
-    pub fn is_clear(&self) -> bool {
-        self.clear
+    /// See [`Self::seen_from_outside`].
+    pub fn are_seen_from_outside(&self) -> bool {
+        self.from_outside
     }
 
     /// Draws a direction from `p` towards a light: light l with probability `1 / n`, then a
@@ -378,23 +385,23 @@ impl Lights {
         if n <= SHORT && !self.tables.any_facet {
             return self.sample_one::<L, true>(l, p, u, choice);
         }
-        l.apart(
+        l.out_of_line(
             #[inline(always)]
             move || self.sample_one::<L, false>(l, p, u, choice),
         )
     }
 
-    /// Draws a direction from `p` towards the light chosen. `FEW`: there are [`SHORT`] at most, all of them balls.
+    /// Draws a direction from `p` towards the light chosen. `SHORT_LIST`: there are [`SHORT`] at most, all of them balls.
     #[inline(always)]
-    fn sample_one<L: Lanes, const FEW: bool>(&self, l: L, p: V3<L>, u: [L::F; 2], choice: L::U) -> Aim<L> {
+    fn sample_one<L: Lanes, const SHORT_LIST: bool>(&self, l: L, p: V3<L>, u: [L::F; 2], choice: L::U) -> Aim<L> {
         let t = &self.tables;
-        let to = self.pick_v::<L, FEW>(l, &t.p, choice) - p;
+        let to = self.pick_v::<L, SHORT_LIST>(l, &t.p, choice) - p;
 
         let mut wi = to;
         let mut faces = l.m(true);
-        if FEW || t.any_ball {
+        if SHORT_LIST || t.any_ball {
             let distance2 = to.dot(to);
-            let x = distance2 * self.pick::<L, FEW>(l, &t.curvature2, choice);
+            let x = distance2 * self.pick::<L, SHORT_LIST>(l, &t.curvature2, choice);
             let inside = x.lt(l.f(1.0));
             let axis = to * (l.f(1.0) / distance2.max(l.f(f32::MIN_POSITIVE)).sqrt());
             // From the very centre there is no axis; any will do.
@@ -405,20 +412,20 @@ impl Lights {
             wi = s.scale_add(local.x, b.scale_add(local.y, axis * local.z)).renormalize(l);
             faces = !inside;
             if t.any_inward {
-                faces = faces ^ self.pick::<L, FEW>(l, &t.inward, choice).gt(l.f(0.5));
+                faces = faces ^ self.pick::<L, SHORT_LIST>(l, &t.inward, choice).gt(l.f(0.5));
             }
         }
-        if !FEW && t.any_facet {
+        if !SHORT_LIST && t.any_facet {
             let [b1, b2] = u;
             let [f1, f2] = warp::square_to_triangle(l, u);
-            let quad = self.pick::<L, FEW>(l, &t.quad, choice).gt(l.f(0.5));
+            let quad = self.pick::<L, SHORT_LIST>(l, &t.quad, choice).gt(l.f(0.5));
             let (b1, b2) = (quad.select(b1, f1), quad.select(b2, f2));
-            let e1 = self.pick_v::<L, FEW>(l, &t.e1, choice);
-            let e2 = self.pick_v::<L, FEW>(l, &t.e2, choice);
+            let e1 = self.pick_v::<L, SHORT_LIST>(l, &t.e1, choice);
+            let e2 = self.pick_v::<L, SHORT_LIST>(l, &t.e2, choice);
             let point = e1.scale_add(b1, e2.scale_add(b2, to));
-            let is_ball = self.pick::<L, FEW>(l, &t.is_ball, choice).gt(l.f(0.5));
+            let is_ball = self.pick::<L, SHORT_LIST>(l, &t.is_ball, choice).gt(l.f(0.5));
             wi = V3::select(is_ball, wi, point.normalize(l));
-            let normal = self.pick_v::<L, FEW>(l, &t.normal, choice);
+            let normal = self.pick_v::<L, SHORT_LIST>(l, &t.normal, choice);
             faces = (is_ball & faces) | (!is_ball & normal.dot(point).lt(l.f(0.0)));
         }
         Aim { wi, valid: faces, choice, to }
@@ -431,10 +438,10 @@ impl Lights {
         drawn.lt(last).select_u(drawn, last)
     }
 
-    /// `table[choice]`. `FEW`: there are [`SHORT`] lights at most.
+    /// `table[choice]`. `SHORT_LIST`: there are [`SHORT`] lights at most.
     #[inline(always)]
-    fn pick<L: Lanes, const FEW: bool>(&self, l: L, table: &[f32], choice: L::U) -> L::F {
-        if FEW || self.list.len() <= SHORT {
+    fn pick<L: Lanes, const SHORT_LIST: bool>(&self, l: L, table: &[f32], choice: L::U) -> L::F {
+        if SHORT_LIST || self.list.len() <= SHORT {
             let table = table.first_chunk().expect("tables are filled up");
             return l.lookup(table, self.list.len(), choice);
         }
@@ -442,11 +449,11 @@ impl Lights {
     }
 
     #[inline(always)]
-    fn pick_v<L: Lanes, const FEW: bool>(&self, l: L, table: &[Vec<f32>; 3], choice: L::U) -> V3<L> {
+    fn pick_v<L: Lanes, const SHORT_LIST: bool>(&self, l: L, table: &[Vec<f32>; 3], choice: L::U) -> V3<L> {
         V3 {
-            x: self.pick::<L, FEW>(l, &table[0], choice),
-            y: self.pick::<L, FEW>(l, &table[1], choice),
-            z: self.pick::<L, FEW>(l, &table[2], choice),
+            x: self.pick::<L, SHORT_LIST>(l, &table[0], choice),
+            y: self.pick::<L, SHORT_LIST>(l, &table[1], choice),
+            z: self.pick::<L, SHORT_LIST>(l, &table[2], choice),
         }
     }
 
@@ -492,11 +499,11 @@ impl Lights {
         front: &mut Front<L>,
         (origin, dir): (V3<L>, V3<L>),
         t_min: L::F,
-        clear: bool,
+        from_outside: bool,
         here: L::M,
     ) {
         for (i, light) in self.balls.iter().enumerate() {
-            let meeting = BallLightLanes::splat(l, &light.ball).meet(l, origin, dir, t_min, clear);
+            let meeting = BallLightLanes::splat(l, &light.ball).meet(l, origin, dir, t_min, from_outside);
             front.add(l, &meeting.only(here), l.u(i as u32), V3::splat(l, light.radiance));
         }
         for (i, (facet, radiance)) in self.facets.iter().enumerate() {
@@ -515,7 +522,7 @@ impl Lights {
         origin: V3<L>,
         dir: V3<L>,
         t_min: L::F,
-        clear: bool,
+        from_outside: bool,
     ) -> Front<L> {
         let t = &self.tables;
         let mut front = Front::none(l);
@@ -533,7 +540,7 @@ impl Lights {
                     curvature2: self.pick::<L, false>(l, &t.curvature2, number),
                     inward: self.pick::<L, false>(l, &t.inward, number).gt(l.f(0.5)),
                 };
-                let meeting = light.meet(l, origin, dir, t_min, clear);
+                let meeting = light.meet(l, origin, dir, t_min, from_outside);
                 front.add(l, &meeting.only(is_ball & there), number, radiance);
             }
             if (!is_ball & there).any() {
@@ -550,7 +557,7 @@ impl Lights {
             }
         }
         if too_many != 0 {
-            self.front_of_all(l, &mut front, (origin, dir), t_min, clear, l.mask(too_many));
+            self.front_of_all(l, &mut front, (origin, dir), t_min, from_outside, l.mask(too_many));
         }
         front
     }
@@ -560,20 +567,20 @@ impl Lights {
     #[inline(always)]
     pub fn look<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F, distances: bool) -> Sight<L> {
         let each = 1.0 / self.list.len().max(1) as f32;
-        if !self.tables.any_facet && self.balls.len() <= FEW {
+        if !self.tables.any_facet && self.balls.len() <= IN_TABLE {
             // Nearly every direction meets one ball or none, from outside.
             let (sight, doubtful) = self.only_ball(l, p, wi, distances);
             if !doubtful.any() {
                 return Sight { pdf: sight.pdf * each, ..sight };
             }
         }
-        let front = l.apart(
+        let front = l.out_of_line(
             #[inline(always)]
             move || match &self.tree {
-                Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.clear),
+                Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.from_outside),
                 None => {
                     let mut front = Front::none(l);
-                    self.front_of_all(l, &mut front, (p, wi), t_min, self.clear, l.m(true));
+                    self.front_of_all(l, &mut front, (p, wi), t_min, self.from_outside, l.m(true));
                     front
                 }
             },
@@ -588,17 +595,17 @@ impl Lights {
     #[inline(always)]
     pub fn first_met<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F) -> L::U {
         match &self.tree {
-            Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.clear).index,
+            Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.from_outside).index,
             None => {
                 let mut front = Front::none(l);
-                self.front_of_all(l, &mut front, (p, wi), t_min, self.clear, l.m(true));
+                self.front_of_all(l, &mut front, (p, wi), t_min, self.from_outside, l.m(true));
                 front.index
             }
         }
     }
 
     /// The same for directions that were drawn towards lights, where no ray meets two of them (see
-    /// [`Self::can_be_apart`] and [`patch::Candidates::lights_apart`]): only the light chosen is asked.
+    /// [`Self::can_be_disjoint`] and [`patch::Culled::lights_disjoint`]): only the light chosen is asked.
     #[inline(always)]
     pub fn look_at<L: Lanes>(&self, l: L, aim: &Aim<L>, distances: bool) -> Sight<L> {
         let each = 1.0 / self.list.len().max(1) as f32;
@@ -612,8 +619,8 @@ impl Lights {
 
     /// True if [`Self::look_at`] can be asked at all: few lights, all of them balls that shine outwards, and no ray that
     /// starts inside.
-    pub fn can_be_apart(&self) -> bool {
-        self.clear && !self.tables.any_facet && !self.tables.any_inward && self.balls.len() <= FEW
+    pub fn can_be_disjoint(&self) -> bool {
+        self.from_outside && !self.tables.any_facet && !self.tables.any_inward && self.balls.len() <= IN_TABLE
     }
 
     /// The ball that each direction meets, with the density of sampling that ball; and where that is not the whole
@@ -627,9 +634,9 @@ impl Lights {
         let (mut along, mut half2, mut x, mut place) = (zero, zero, zero, l.u(0));
         for light in &self.balls {
             let BallLightLanes { ball, curvature2, .. } = BallLightLanes::splat(l, &light.ball);
-            let chord = chord(l, &ball, curvature2, p, wi, self.clear);
+            let chord = chord(l, &ball, curvature2, p, wi, self.from_outside);
             times = chord.met.select_u(times + l.u(1), times);
-            if self.clear {
+            if self.from_outside {
                 along = chord.met.select(chord.along, along);
                 half2 = chord.met.select(chord.half2, half2);
             } else {
@@ -643,7 +650,7 @@ impl Lights {
             place = chord.met.select_u(l.u(light.outside), place);
         }
         let met = !times.eq(l.u(0));
-        let x = if self.clear { None } else { Some(x) };
+        let x = if self.from_outside { None } else { Some(x) };
         (self.ball_in(l, place, met, (along, half2), x, distances), around | l.u(1).lt(times))
     }
 

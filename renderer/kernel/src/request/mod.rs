@@ -2,6 +2,7 @@
 
 pub mod scene;
 pub mod settings;
+mod technique;
 
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ pub use settings::{
     Estimator, Heuristic, ImageSettings, OneSampleWeights, PixelRect, SamplerKind, SamplerSettings, Sampling, Settings,
     Strategy,
 };
+pub use technique::{PerTechnique, Technique};
 
 /// What to render.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,6 +7,8 @@ use std::num::NonZeroU32;
 
 use serde::{Deserialize, Serialize};
 
+use super::PerTechnique;
+
 /// How the direction of the secondary ray is chosen and weighted.
 ///
 /// A *technique* is one way to draw a direction (from the lights, from the BSDF); a *strategy* is a
@@ -41,6 +43,11 @@ impl Strategy {
     /// The strategy of that name, if there is one.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|s| s.name() == name)
+    }
+
+    /// Which techniques draw directions.
+    pub fn draws(self) -> PerTechnique<bool> {
+        PerTechnique { light: self != Self::Bsdf, bsdf: self != Self::Light }
     }
 
     /// Secondary rays per camera ray.

@@ -9,7 +9,7 @@ mod strata;
 mod unit;
 
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint};
-use crate::request::{SamplerKind, SamplerSettings, Strategy};
+use crate::request::{PerTechnique, SamplerKind, SamplerSettings, Strategy};
 use hash::{mix, mix_on, mix_one};
 use sobol::{scramble, sobol_1d, sobol_2d};
 use strata::{Order, Shuffle, Strata, nested};
@@ -39,13 +39,14 @@ impl Dimension {
     /// By dimension, whether a strategy asks for it, where there is more than one light to choose
     /// from (`lights`) and a surface with more than one lobe (`lobes`).
     pub fn wanted(strategy: Strategy, lights: bool, lobes: bool) -> [bool; Self::ALL.len()] {
+        let draws = strategy.draws();
         Self::ALL.map(|dimension| match dimension {
             Self::Pixel => true,
             Self::Technique => strategy == Strategy::Mis,
-            Self::LightChoice => strategy != Strategy::Bsdf && lights,
-            Self::Light => strategy != Strategy::Bsdf,
-            Self::Lobe => strategy != Strategy::Light && lobes,
-            Self::Bsdf => strategy != Strategy::Light,
+            Self::LightChoice => draws.light && lights,
+            Self::Light => draws.light,
+            Self::Lobe => draws.bsdf && lobes,
+            Self::Bsdf => draws.bsdf,
         })
     }
 }
@@ -287,7 +288,7 @@ impl Sampler {
     }
 
     /// The other numbers of a sample of the run. Dimensions that are not wanted are left as they are, and so are those of
-    /// a technique that is not asked for (`asked`: light, BSDF). (All in one place and one loop: a call of its own
+    /// a technique that is not `drawn`. (All in one place and one loop: a call of its own
     /// for every use made the kernel six times as large and its compilation minutes long.)
     #[inline(always)]
     pub fn draw<L: Lanes>(
@@ -295,19 +296,20 @@ impl Sampler {
         l: L,
         which: Which<L>,
         pixels: &Pixels<L>,
-        asked: [bool; 2],
+        drawn: PerTechnique<bool>,
         numbers: &mut Numbers<L>,
     ) {
-        for (dimension, asked) in [(Dimension::LightChoice, asked[0]), (Dimension::Lobe, asked[1])] {
+        for (dimension, drawn) in [(Dimension::LightChoice, drawn.light), (Dimension::Lobe, drawn.bsdf)] {
             let d = dimension as usize;
-            if self.wanted[d] && asked {
+            if self.wanted[d] && drawn {
                 numbers.0[d][0] = self.number(l, which, pixels, dimension);
             }
         }
-        for (dimension, asked) in [(Dimension::Pixel, true), (Dimension::Light, asked[0]), (Dimension::Bsdf, asked[1])]
+        for (dimension, drawn) in
+            [(Dimension::Pixel, true), (Dimension::Light, drawn.light), (Dimension::Bsdf, drawn.bsdf)]
         {
             let d = dimension as usize;
-            if self.wanted[d] && asked {
+            if self.wanted[d] && drawn {
                 numbers.0[d] = match self.settings.kind {
                     SamplerKind::Independent => {
                         let [x, y] = self.pair_of_bits(l, which, pixels, d);
@@ -387,7 +389,7 @@ mod tests {
         let mut pixels = Pixels::new(Single, Wrapping(key));
         sampler.turn(Single, &mut pixels);
         numbers.set_technique(sampler.technique(Single, 0, &pixels));
-        sampler.draw(Single, Which { sample: 0, next: false }, &pixels, [true; 2], &mut numbers);
+        sampler.draw(Single, Which { sample: 0, next: false }, &pixels, PerTechnique::BOTH, &mut numbers);
         numbers
     }
 

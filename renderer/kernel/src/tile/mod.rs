@@ -6,7 +6,7 @@ mod compiled;
 pub mod replay;
 mod turns;
 
-use crate::estimator::bsdf::Surface;
+use crate::bsdf::Surface;
 use crate::estimator::{Contribution, Point, Reflected};
 use crate::film::{Rest, Sample, Tile};
 use crate::geometry::grid::{BLOCK, PATCH};
@@ -52,7 +52,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
     while tile.samples < last {
         let run = sampler.start(tile.samples, last - tile.samples);
         for [min, max] in tile.patches() {
-            let near = scene.near(tile.corner_at(min));
+            let near = scene.culled(tile.corner_at(min));
             let view = View { l, scene, culled: &near };
             sampler.enter(l, patch_key(settings.sampling.seed, tile.corner_at(min)));
             let mut used = 0;
@@ -83,8 +83,8 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
                     let mut turns = Turns::new(l, settings, &sampler, &packet.pixels, i as usize, pair);
                     let mut waiting = Rest::nothing(l);
                     loop {
-                        let (which, asked) = turns.next(&mut random);
-                        sampler.draw(l, which, &packet.pixels, asked, &mut random);
+                        let (which, drawn) = turns.next(&mut random);
+                        sampler.draw(l, which, &packet.pixels, drawn, &mut random);
                         let sample = sample(view, &settings.estimator, packet.corner, &random);
                         let rest = tile.add(l, packet.place, index + turns.done, &sample);
                         turns.done += 1;

@@ -6,12 +6,12 @@
 
 use glam::Vec3;
 
-use crate::estimator::bsdf::Surface;
-use crate::estimator::{Candidate, Contribution, Point, Technique, drawn_by_light};
+use crate::bsdf::Surface;
+use crate::estimator::{Candidate, Contribution, Point, drawn_by_light};
 use crate::film::luminance;
 use crate::geometry::grid::{BLOCK, SIDE};
 use crate::lanes::{Lanes, Lanewise, Mask, Real, Task, Uint, V3};
-use crate::request::{Settings, Strategy};
+use crate::request::{PerTechnique, Settings, Strategy, Technique};
 use crate::sampler::{Dimension, Numbers, Pixels, Sampler, Which, patch_key, pixel_keys};
 use crate::world::{BuiltScene, View};
 
@@ -102,7 +102,7 @@ impl Task for ReplaySample<'_> {
         let columns = (numbers & l.u(BLOCK[0] - 1)) + l.u(x0);
         let rows = (numbers >> BLOCK[0].trailing_zeros()) + l.u(y0);
         let patch = [x, y].map(|v| v / SIDE * SIDE);
-        let near = scene.near(patch);
+        let near = scene.culled(patch);
 
         let wanted = Dimension::wanted(settings.estimator.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
         let mut sampler = Sampler::new(&settings.sampling.sampler, wanted);
@@ -114,7 +114,7 @@ impl Task for ReplaySample<'_> {
         if settings.estimator.strategy == Strategy::Mis {
             random.set_technique(sampler.technique(l, 0, &pixels));
         }
-        sampler.draw(l, Which { sample: 0, next: l.m(false) }, &pixels, [true; 2], &mut random);
+        sampler.draw(l, Which { sample: 0, next: l.m(false) }, &pixels, PerTechnique::BOTH, &mut random);
 
         let [jx, jy] = random.get_2d(Dimension::Pixel);
         let dir = scene.camera.direction(l, columns.to_real() + jx, rows.to_real() + jy);

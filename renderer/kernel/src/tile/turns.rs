@@ -2,7 +2,7 @@
 
 use crate::estimator::drawn_by_light;
 use crate::lanes::{Lanes, Mask};
-use crate::request::{Settings, Strategy};
+use crate::request::{PerTechnique, Settings, Strategy};
 use crate::sampler::{Numbers, Pixels, Sampler, Which};
 
 /// In which order a packet takes one or two successive samples. In the one-sample model a pair usually has one sample
@@ -16,8 +16,8 @@ pub(super) struct Turns<L: Lanes> {
     /// Of the one-sample model: the number that says which technique, and the lanes that the light technique draws;
     /// of both samples.
     technique: Option<[(L::F, L::M); 2]>,
-    /// Whether the strategy draws by light, by BSDF.
-    draws: [bool; 2],
+    /// Which techniques the strategy draws.
+    draws: PerTechnique<bool>,
     /// How many turns are over.
     pub(super) done: u32,
 }
@@ -32,7 +32,7 @@ impl<L: Lanes> Turns<L> {
         sample: usize,
         pair: bool,
     ) -> Self {
-        let draws = [settings.estimator.strategy != Strategy::Bsdf, settings.estimator.strategy != Strategy::Light];
+        let draws = settings.estimator.strategy.draws();
         let mut turns = Self { sample, swapped: l.m(false), technique: None, draws, done: 0 };
         if settings.estimator.strategy == Strategy::Mis {
             let first = sampler.technique(l, sample, pixels);
@@ -48,13 +48,13 @@ impl<L: Lanes> Turns<L> {
     /// Which sample's turn it is, and the techniques that it needs numbers of. The number that says which
     /// technique is put into `random`.
     #[inline(always)]
-    pub(super) fn next(&self, random: &mut Numbers<L>) -> (Which<L>, [bool; 2]) {
+    pub(super) fn next(&self, random: &mut Numbers<L>) -> (Which<L>, PerTechnique<bool>) {
         let Some([(first, first_by_light), (second, second_by_light)]) = self.technique else {
             return (Which { sample: self.sample, next: self.swapped }, self.draws);
         };
         let next = if self.done == 0 { self.swapped } else { !self.swapped };
         let by_light = (next & second_by_light) | (!next & first_by_light);
         random.set_technique(next.select(second, first));
-        (Which { sample: self.sample, next }, [by_light.any(), !by_light.all()])
+        (Which { sample: self.sample, next }, PerTechnique { light: by_light.any(), bsdf: !by_light.all() })
     }
 }

@@ -23,7 +23,7 @@ use glam::{DVec3, Vec3, Vec4};
 use crate::geometry::Geometry;
 use crate::geometry::list::{List, MOST};
 use crate::geometry::shape::{Ball, Facet};
-use crate::light::{FEW, LightShape, Lights};
+use crate::light::{IN_TABLE, LightShape, Lights};
 use crate::world::camera::Pinhole;
 
 /// Allowance for rounding: 32 units in the last place of the largest number involved.
@@ -32,7 +32,7 @@ const SLACK: f32 = 16.0 * f32::EPSILON;
 /// What the rays of a patch may meet. The lists mean nothing for geometry that has a tree, and for
 /// more than [`MOST`] lights.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidates {
+pub struct Culled {
     /// Primitives of the geometry that camera rays may meet.
     pub surfaces: List,
     /// Every camera ray meets the facet that is the only one of `surfaces`.
@@ -44,10 +44,10 @@ pub struct Candidates {
     /// There is a tree of primitives, any of which may do so.
     pub tree: bool,
     /// All lights are balls, and no ray from the surface of the patch meets two of them.
-    pub lights_apart: bool,
+    pub lights_disjoint: bool,
 }
 
-impl Candidates {
+impl Culled {
     /// False where nothing can come between a surface of the patch and a light.
     #[inline(always)]
     pub fn may_be_blocked(&self) -> bool {
@@ -69,8 +69,8 @@ pub struct Patches {
     listed: bool,
     /// A light may stand in the picture as a surface that scatters.
     lights_scatter: bool,
-    /// See [`Lights::can_be_apart`].
-    can_be_apart: bool,
+    /// See [`Lights::can_be_disjoint`].
+    can_be_disjoint: bool,
     epsilon: f32,
 }
 
@@ -198,7 +198,7 @@ impl Plate {
 
     /// True if no segment from these points, which lie in a plane of another facet, to a light
     /// crosses this one.
-    fn harmless(&self, surface: &Surface, epsilon: f32) -> bool {
+    fn harmless(&self, surface: &Footprint, epsilon: f32) -> bool {
         // Reflected rays start `epsilon` above the surface and go up.
         if self.corners.from(surface.origin).dot(surface.up).cmple(Vec4::splat(0.5 * epsilon)).all() {
             return true;
@@ -216,7 +216,7 @@ impl Globe {
 }
 
 /// What a patch sees of a facet.
-struct Surface {
+struct Footprint {
     /// A point of its plane, and the unit normal on the eye's side.
     origin: Vec3,
     up: Vec3,
@@ -226,7 +226,7 @@ struct Surface {
     slack: f32,
 }
 
-impl Surface {
+impl Footprint {
     fn new(beam: &Beam, plate: &Plate, look: &Look) -> Self {
         let facet = &plate.facet;
         let up = if facet.normal.dot(beam.eye - facet.p0) < 0.0 { -facet.normal } else { facet.normal };
@@ -285,7 +285,7 @@ impl Patches {
             tree: geometry.has_tree(),
             listed,
             lights_scatter: lights.list.iter().any(|light| light.material.scatters()),
-            can_be_apart: lights.can_be_apart(),
+            can_be_disjoint: lights.can_be_disjoint(),
             epsilon,
         };
         if listed {
@@ -306,21 +306,21 @@ impl Patches {
         self.listed = false;
     }
 
-    /// Every primitive: what [`Self::candidates`] narrows.
-    pub fn everything(&self) -> Candidates {
+    /// Every primitive: what [`Self::cull`] narrows.
+    pub fn everything(&self) -> Culled {
         let [primitives, lights] = self.counts.map(List::all);
-        Candidates {
+        Culled {
             surfaces: primitives,
             covered: false,
             lights,
             occluders: primitives,
             tree: self.tree,
-            lights_apart: false,
+            lights_disjoint: false,
         }
     }
 
     /// The primitives that can matter to camera rays through image points from `min` to `max`, in pixels.
-    pub fn candidates(&self, camera: &Pinhole, min: [u32; 2], max: [u32; 2]) -> Candidates {
+    pub fn cull(&self, camera: &Pinhole, min: [u32; 2], max: [u32; 2]) -> Culled {
         if !self.listed {
             return self.everything();
         }
@@ -366,17 +366,17 @@ impl Patches {
         } else {
             List::all(self.counts[0])
         };
-        let lights_apart = covered && {
+        let lights_disjoint = covered && {
             let id = List::of_bits(surfaces).first();
-            self.lights_apart(&self.facets[id], &Surface::new(&beam, &self.facets[id], &looks[id]))
+            self.lights_disjoint(&self.facets[id], &Footprint::new(&beam, &self.facets[id], &looks[id]))
         };
-        Candidates {
+        Culled {
             surfaces: List::of_bits(surfaces),
             covered,
             lights: List::of_bits(lights),
             occluders,
             tree: self.tree,
-            lights_apart,
+            lights_disjoint,
         }
     }
 
@@ -385,15 +385,15 @@ impl Patches {
     /// A ray that is moved so that it starts in the middle of the surface still meets every light that it met, if the
     /// lights' radii grow by as much as it was moved. From there each of the grown lights fills a cone, and two are
     /// apart if the angle between their axes is larger than the angles of both cones together.
-    fn lights_apart(&self, plate: &Plate, surface: &Surface) -> bool {
-        if !self.can_be_apart {
+    fn lights_disjoint(&self, plate: &Plate, surface: &Footprint) -> bool {
+        if !self.can_be_disjoint {
             return false;
         }
         let [x, y, z] = surface.points.0;
         let points = [0, 1, 2, 3].map(|i| Vec3::new(x[i], y[i], z[i]).as_dvec3());
         let middle = (points[0] + points[1] + points[2] + points[3]) * 0.25;
         let spread = points.iter().map(|p| (*p - middle).length()).fold(0.0, f64::max) + f64::from(surface.slack);
-        let mut seen = [(DVec3::ZERO, 0.0, 0.0); FEW];
+        let mut seen = [(DVec3::ZERO, 0.0, 0.0); IN_TABLE];
         for (i, (_, Globe { ball, reach })) in self.ball_lights.iter().enumerate() {
             let to = ball.center.as_dvec3() - middle;
             let distance = to.length();
@@ -418,7 +418,7 @@ impl Patches {
         while surfaces != 0 {
             let id = surfaces.trailing_zeros() as usize;
             surfaces &= surfaces - 1;
-            let surface = Surface::new(beam, &self.facets[id], &looks[id]);
+            let surface = Footprint::new(beam, &self.facets[id], &looks[id]);
             for (other, plate) in self.facets.iter().enumerate() {
                 if other != id && !plate.harmless(&surface, self.epsilon) {
                     occluders |= 1 << other;

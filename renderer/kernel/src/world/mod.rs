@@ -9,14 +9,14 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
-use crate::estimator::bsdf::Material;
+use crate::bsdf::Material;
 use crate::geometry::shape::{Ball, Facet};
 use crate::geometry::{Geometry, grid};
 use crate::light::{Light, LightShape, Lights};
 use crate::request::scene::{self, Scene};
 use crate::request::{Invalid, Settings};
 use camera::Pinhole;
-use culling::{Candidates, Patches};
+use culling::{Culled, Patches};
 pub use view::{CameraHit, View};
 
 /// Most triangles of one scene, a guard against running out of memory.
@@ -36,7 +36,7 @@ pub struct BuiltScene {
     /// Which of all these matter to a patch of the image.
     pub patches: Patches,
     /// The answers for all patches asked about so far, row by row.
-    near: Arc<Vec<OnceLock<Candidates>>>,
+    culled: Arc<Vec<OnceLock<Culled>>>,
     /// How many patches there are in a row.
     columns: usize,
     /// How far rays are kept off the surface they start from.
@@ -155,8 +155,11 @@ impl BuiltScene {
         };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
-        let lights =
-            if clear_of(&geometry, &lights, epsilon) { Lights::new(lights).clear() } else { Lights::new(lights) };
+        let lights = if all_outside(&geometry, &lights, epsilon) {
+            Lights::new(lights).seen_from_outside()
+        } else {
+            Lights::new(lights)
+        };
         let [columns, rows] = settings.image.resolution.map(|pixels| pixels.div_ceil(grid::SIDE) as usize);
         // What a patch sees is a matter of shapes and camera alone.
         let sees_the_same = |other: &&Arc<Self>| {
@@ -165,16 +168,16 @@ impl BuiltScene {
                 && other.epsilon == epsilon
                 && other.lights_scatter == lights_scatter
                 && other.lights.has_shapes_of(&lights)
-                && (other.columns, other.near.len()) == (columns, columns * rows)
+                && (other.columns, other.culled.len()) == (columns, columns * rows)
         };
-        let near = match known.iter().find(sees_the_same) {
-            Some(known) => known.near.clone(),
+        let culled = match known.iter().find(sees_the_same) {
+            Some(known) => known.culled.clone(),
             None => Arc::new(vec![OnceLock::new(); columns * rows]),
         };
         Ok(Self {
             camera,
             patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
-            near,
+            culled,
             columns,
             geometry,
             opaque,
@@ -190,20 +193,20 @@ impl BuiltScene {
     #[must_use]
     pub fn without_lists(mut self) -> Self {
         self.patches.forget();
-        self.near = Arc::new(vec![OnceLock::new(); self.near.len()]);
+        self.culled = Arc::new(vec![OnceLock::new(); self.culled.len()]);
         self
     }
 
     /// True if what patches see is asked once for both.
     pub fn sees_with(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.near, &other.near)
+        Arc::ptr_eq(&self.culled, &other.culled)
     }
 
     /// What can matter to the patch whose first pixel is (x, y).
-    pub fn near(&self, [x, y]: [u32; 2]) -> Candidates {
-        let ask = || self.patches.candidates(&self.camera, [x, y], [x, y].map(|min| min + grid::SIDE));
+    pub fn culled(&self, [x, y]: [u32; 2]) -> Culled {
+        let ask = || self.patches.cull(&self.camera, [x, y], [x, y].map(|min| min + grid::SIDE));
         let at = (y / grid::SIDE) as usize * self.columns + (x / grid::SIDE) as usize;
-        self.near.get(at).map_or_else(ask, |known| *known.get_or_init(ask))
+        self.culled.get(at).map_or_else(ask, |known| *known.get_or_init(ask))
     }
 
     /// What a shape is made of; `None` if it reflects nothing.
@@ -316,7 +319,7 @@ fn parallelogram(a: [u32; 3], b: [u32; 3], corner: impl Fn(u32) -> Option<Vec3>)
 }
 
 /// True if it is plain that no surface that reflects reaches into a ball light. Not asked of large scenes.
-fn clear_of(geometry: &Geometry, lights: &[Light], epsilon: f32) -> bool {
+fn all_outside(geometry: &Geometry, lights: &[Light], epsilon: f32) -> bool {
     if geometry.has_tree() || lights.iter().any(|light| light.material.scatters()) {
         return false;
     }

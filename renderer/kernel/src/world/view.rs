@@ -5,8 +5,8 @@
 use glam::Vec3;
 
 use super::BuiltScene;
-use super::culling::Candidates;
-use crate::estimator::bsdf::{Material, Surface};
+use super::culling::Culled;
+use crate::bsdf::{Material, Surface};
 use crate::geometry::shape::{Ball, Facet};
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
 use crate::light::{Aim, LightShape, Sight};
@@ -19,7 +19,7 @@ pub struct View<'a, L: Lanes> {
     /// The scene.
     pub scene: &'a BuiltScene,
     /// What is left of it after culling.
-    pub culled: &'a Candidates,
+    pub culled: &'a Culled,
 }
 
 /// What a packet of camera rays met.
@@ -63,7 +63,7 @@ impl<'a, L: Lanes> View<'a, L> {
             };
         }
         let view = *self;
-        l.apart(
+        l.out_of_line(
             #[inline(always)]
             move || view.first_hit(dir),
         )
@@ -159,7 +159,7 @@ impl<'a, L: Lanes> View<'a, L> {
     pub fn light_towards(&self, from: V3<L>, wi: V3<L>, aim: Option<&Aim<L>>) -> Sight<L> {
         let Self { l, scene, culled } = *self;
         match aim {
-            Some(aim) if culled.lights_apart => scene.lights.look_at(l, aim, culled.may_be_blocked()),
+            Some(aim) if culled.lights_disjoint => scene.lights.look_at(l, aim, culled.may_be_blocked()),
             _ => scene.lights.look(l, from, wi, l.f(scene.epsilon), culled.may_be_blocked()),
         }
     }

@@ -103,7 +103,7 @@ pub fn square_to_triangle<L: Lanes>(l: L, u: [L::F; 2]) -> [L::F; 2] {
 }
 
 /// A visible GGX normal around +z for the direction `wo` (z > 0) and width `alpha`, by spherical
-/// caps (Dupuy and Benyoub 2023); density `D_v(h)`, see [`crate::estimator::bsdf`]. Not of unit length.
+/// caps (Dupuy and Benyoub 2023); density `D_v(h)`, see [`crate::bsdf`]. Not of unit length.
 #[inline(always)]
 pub fn square_to_visible_normal<L: Lanes>(l: L, u: [L::F; 2], wo: V3<L>, alpha: L::F) -> V3<L> {
     let stretched = V3 { x: wo.x * alpha, y: wo.y * alpha, z: wo.z }.normalize(l);

@@ -23,6 +23,11 @@ pub struct PerTechnique<T> {
     pub bsdf: T,
 }
 
+impl PerTechnique<bool> {
+    /// True for both.
+    pub const BOTH: Self = Self { light: true, bsdf: true };
+}
+
 impl<T> PerTechnique<T> {
     /// That of one technique.
     #[inline(always)]

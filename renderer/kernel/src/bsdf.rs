@@ -8,10 +8,10 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use crate::estimator::warp;
 use crate::lanes::{Lanes, Mask, Real, V3};
 use crate::request::scene::{Bsdf, Reflectance};
 use crate::sampler::{Dimension, Numbers};
+use crate::warp;
 
 /// GGX widths below this are treated as a mirror: f32 cannot resolve the lobe.
 pub const MIRROR_ALPHA: f32 = 1e-3;
