@@ -5,7 +5,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-use mislab_kernel::lanes::{Lanes, Mask, Real, SHORT, Uint};
+use mislab_kernel::lanes::{Lanes, Mask, Place, Real, SHORT, Uint};
 
 /// Two lanes.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +64,7 @@ impl Lanes for Two {
     fn gather(self, table: &[f32], index: Integers) -> Floats {
         Floats(index.0.map(|i| table[i as usize]))
     }
-    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
+    fn out_of_line<P: Place, R>(self, task: impl FnOnce() -> R) -> R {
         task()
     }
 }

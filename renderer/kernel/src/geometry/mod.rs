@@ -132,7 +132,7 @@ impl Geometry {
 /// [`Tree::walk`], as many rays at a time as fill one vector.
 #[inline(always)]
 fn walk<L: Lanes, const ANY: bool>(l: L, tree: &Tree, origin: V3<L>, dir: V3<L>, t_max: L::F) -> Nearest<L> {
-    l.out_of_line(
+    l.out_of_line::<bvh::Walks, _>(
         #[inline(always)]
         move || walk_parts::<L, ANY>(l, tree, origin, dir, t_max),
     )

@@ -75,7 +75,17 @@ pub trait Lanes: Copy + Send + Sync + 'static {
     /// takes so long that a call does not matter. It is then compiled once, not wherever it is used, and what
     /// is always needed stays short. The task must be `#[inline(always)]` and own all lanes that it takes
     /// along: those it borrowed would have to stay in memory.
-    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R;
+    fn out_of_line<P: Place, R>(self, task: impl FnOnce() -> R) -> R;
+}
+
+/// Where a task that is compiled out of line is put: into the module of this type. The compiler works on modules side by
+/// side; all such tasks in one took most of the time of a build.
+pub trait Place {
+    /// Does the task with a vector unit. (`vectorize` by itself may be inlined.)
+    #[inline(never)]
+    fn call<S: Simd, R>(simd: S, task: impl FnOnce() -> R) -> R {
+        simd.vectorize(task)
+    }
 }
 
 /// Floats in lanes.

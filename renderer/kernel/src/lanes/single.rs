@@ -2,7 +2,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Mul, Shl, Shr, Sub};
 
-use super::{Lanes, Mask, Real, SHORT, Uint};
+use super::{Lanes, Mask, Place, Real, SHORT, Uint};
 
 /// One lane: plain scalars.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +65,7 @@ impl Lanes for Single {
         table[index.0 as usize]
     }
     #[inline(never)]
-    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
+    fn out_of_line<P: Place, R>(self, task: impl FnOnce() -> R) -> R {
         task()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-use super::{Lanes, Mask, Real, SHORT, Uint};
+use super::{Lanes, Mask, Place, Real, SHORT, Uint};
 
 /// The lanes of `A` twice: every operation is done on one half, then on the other. The two have nothing to
 /// do with each other, so the processor works on one where it would wait for a result of the other.
@@ -70,8 +70,8 @@ impl<A: Lanes> Lanes for Twice<A> {
         Two(self.0.gather(table, index.0), self.0.gather(table, index.1))
     }
     #[inline(always)]
-    fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
-        self.0.out_of_line(task)
+    fn out_of_line<P: Place, R>(self, task: impl FnOnce() -> R) -> R {
+        self.0.out_of_line::<P, R>(task)
     }
 }
 

@@ -5,7 +5,7 @@ use fearless_simd::{
     i32x16, mask32x8, mask32x16, u8x64, u32x8, u32x16,
 };
 
-use super::{Lanes, Mask, Real, SHORT, Uint};
+use super::{Lanes, Mask, Place, Real, SHORT, Uint};
 
 /// Sixteen lanes on the vector unit that the token `S` stands for.
 #[derive(Clone, Copy)]
@@ -74,13 +74,8 @@ macro_rules! vector_lanes {
                 $f::simd_from(self.0, out)
             }
             #[inline(always)]
-            fn out_of_line<R>(self, task: impl FnOnce() -> R) -> R {
-                /// `vectorize` by itself may be inlined.
-                #[inline(never)]
-                fn call<S: Simd, R>(simd: S, task: impl FnOnce() -> R) -> R {
-                    simd.vectorize(task)
-                }
-                call(self.0, task)
+            fn out_of_line<P: Place, R>(self, task: impl FnOnce() -> R) -> R {
+                P::call(self.0, task)
             }
         }
 

@@ -12,7 +12,7 @@ use glam::Vec3;
 use crate::geometry::bounds::{ball_box, facet_box};
 use crate::geometry::list::{self, List};
 use crate::geometry::shape::{self, Ball, BallLanes, Facet, FacetLanes};
-use crate::lanes::{Lanes, Mask, Real, SHORT, Uint, V3};
+use crate::lanes::{Lanes, Mask, Place, Real, SHORT, Uint, V3};
 use crate::sampler::{Dimension, Numbers};
 use crate::warp;
 use tree::LightTree;
@@ -57,6 +57,10 @@ pub struct Lights {
     /// No ray starts inside a ball light or next to its surface.
     from_outside: bool,
 }
+
+/// Samples of lights that are not a few spheres, compiled out of line.
+struct AnyShapes;
+impl Place for AnyShapes {}
 
 /// A sphere light.
 #[derive(Clone, Copy, Debug)]
@@ -385,7 +389,7 @@ impl Lights {
         if n <= SHORT && !self.tables.any_facet {
             return self.sample_one::<L, true>(l, p, u, choice);
         }
-        l.out_of_line(
+        l.out_of_line::<AnyShapes, _>(
             #[inline(always)]
             move || self.sample_one::<L, false>(l, p, u, choice),
         )
@@ -574,7 +578,7 @@ impl Lights {
                 return Sight { pdf: sight.pdf * each, ..sight };
             }
         }
-        let front = l.out_of_line(
+        let front = l.out_of_line::<tree::ManyLights, _>(
             #[inline(always)]
             move || match &self.tree {
                 Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.from_outside),

@@ -11,13 +11,17 @@
 use obvhs::aabb::Aabb;
 
 use crate::geometry::bvh::{Binary, FAN, INNER, KIND_BITS, LEVELS, Node, near_and_far, reciprocal};
-use crate::lanes::{Lanes, Mask, PACKET, Real, V3};
+use crate::lanes::{Lanes, Mask, PACKET, Place, Real, V3};
 
 /// Longest list of a ray. One that may meet more lights has to ask all.
 pub const MOST_MET: usize = 8;
 
 /// What boxes and passages are widened by, as a fraction of their size.
 const WIDER: f32 = 1e-5;
+
+/// Densities and radiances of lights that are not a few spheres, compiled out of line.
+pub struct ManyLights;
+impl Place for ManyLights {}
 
 /// The tree.
 pub struct LightTree {

@@ -8,7 +8,7 @@ use super::BuiltScene;
 use super::culling::Culled;
 use crate::bsdf::{Material, Surface};
 use crate::geometry::shape::{Ball, Facet};
-use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
+use crate::lanes::{Lanes, Mask, PACKET, Place, Real, Uint, V3};
 use crate::light::{Aim, LightShape, Sight};
 
 /// A scene as the rays of one patch of pixels find it.
@@ -38,6 +38,10 @@ pub struct CameraHit<'a, L: Lanes> {
     pub emits: L::M,
 }
 
+/// Of camera rays that may hit different surfaces.
+struct FirstHits;
+impl Place for FirstHits {}
+
 /// One primitive of geometry or lights.
 enum Primitive<'a> {
     Facet(&'a Facet),
@@ -63,7 +67,7 @@ impl<'a, L: Lanes> View<'a, L> {
             };
         }
         let view = *self;
-        l.out_of_line(
+        l.out_of_line::<FirstHits, _>(
             #[inline(always)]
             move || view.first_hit(dir),
         )

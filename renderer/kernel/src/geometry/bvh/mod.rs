@@ -20,8 +20,13 @@ mod build;
 mod walk;
 
 use super::shape::FACET_NUMBERS;
+use crate::lanes::Place;
 pub(crate) use build::Binary;
 pub(crate) use walk::{near_and_far, reciprocal};
+
+/// Walks through a tree, compiled out of line.
+pub(crate) struct Walks;
+impl Place for Walks {}
 
 /// Children of a node.
 pub(crate) const FAN: usize = 16;
