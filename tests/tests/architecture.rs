@@ -39,9 +39,10 @@ fn sources(krate: &str) -> BTreeMap<String, String> {
 }
 
 /// Paths that begin with `crate::` or `super::`, as absolute module paths of the crate; groups in braces one by one.
-fn paths(module: &str, is_folder: bool, text: &str) -> BTreeSet<String> {
+fn paths(module: &str, text: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
-    for line in text.split_inclusive(['\n', ';']).map(str::trim).filter(|line| !line.starts_with("//")) {
+    let code: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.starts_with("//")).collect();
+    for line in code.join(" ").split_inclusive(';') {
         for (start, root) in line.match_indices("crate::").chain(line.match_indices("super::")) {
             let before = line[..start].chars().next_back();
             if before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':') {
@@ -50,11 +51,7 @@ fn paths(module: &str, is_folder: bool, text: &str) -> BTreeSet<String> {
             let mut rest = &line[start..];
             let mut base: Vec<&str> = if root == "crate::" { Vec::new() } else { module.split("::").collect() };
             if root == "super::" {
-                if !is_folder {
-                    base.pop();
-                } else {
-                    base.pop();
-                }
+                base.pop();
                 rest = &rest["super::".len()..];
                 while let Some(further) = rest.strip_prefix("super::") {
                     base.pop();
@@ -90,12 +87,10 @@ fn paths(module: &str, is_folder: bool, text: &str) -> BTreeSet<String> {
 /// The files that each file of a crate names.
 fn imports(krate: &str) -> BTreeMap<String, BTreeSet<String>> {
     let sources = sources(krate);
-    let folders: BTreeSet<&str> =
-        sources.keys().filter_map(|m| m.rsplit_once("::").map(|(parent, _)| parent)).collect();
     let mut imports = BTreeMap::new();
     for (module, text) in &sources {
         let mut known = BTreeSet::new();
-        for path in paths(module, folders.contains(module.as_str()), text) {
+        for path in paths(module, text) {
             // The longest beginning of the path that is a file.
             let parts: Vec<&str> = path.split("::").collect();
             let file = (1..=parts.len()).rev().map(|n| parts[..n].join("::")).find(|p| sources.contains_key(p));

@@ -1,7 +1,7 @@
 //! A part of a light's directions: 5 x 5 Gauss nodes, and what they say about its error.
 
+use super::node::Node;
 use super::rule::{DIFFERENCE, FOURTH, N, NODES, W, X};
-use super::table::Node;
 
 /// Quantities that are looked at for errors, see [`features`].
 pub(super) const K: usize = 8;

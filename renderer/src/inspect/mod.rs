@@ -15,6 +15,7 @@ mod cell;
 mod chart;
 mod direction;
 mod moments;
+mod node;
 mod point;
 mod quadrature;
 mod replay;

@@ -11,8 +11,8 @@ use glam::Vec3;
 
 use super::cell::{ASKED, Cell, K, halves};
 use super::chart::Chart;
+use super::node::Node;
 use super::point::Point;
-use super::table::Node;
 
 /// How exactly to integrate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,6 +12,7 @@
 mod builder;
 mod header;
 mod lexer;
+mod limits;
 mod log;
 mod material;
 mod params;

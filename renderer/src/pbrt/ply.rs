@@ -7,9 +7,9 @@ use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Encoding, Property, PropertyAccess, PropertyAccessResult};
 
+use super::limits::{MAX_TRIANGLES, MAX_VERTICES};
 use super::log::shown;
 use super::parser::read_bytes;
-use super::shape::{MAX_TRIANGLES, MAX_VERTICES};
 
 /// Most bytes of one PLY file.
 const MAX_BYTES: u64 = 1 << 30;

@@ -5,17 +5,13 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3, Vec3};
 use mislab_kernel::request::scene::Geometry;
 
+use super::limits::{MAX_TRIANGLES, MAX_VERTICES};
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
 use super::parser::Folders;
 use super::ply;
 use super::transform::{swaps_handedness, uniform_scale};
 use crate::error::Error;
-
-/// Most triangles of one mesh.
-pub(super) const MAX_TRIANGLES: usize = 1 << 24;
-/// Most vertices of one mesh.
-pub(super) const MAX_VERTICES: usize = 1 << 24;
 
 /// Largest coordinate or radius: what the renderer multiplies them to must stay finite.
 const MAX_LENGTH: f32 = 1e15;
