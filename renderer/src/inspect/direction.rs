@@ -105,7 +105,7 @@ impl Point<'_> {
         let value =
             if dirac { bsdf::evaluate_mirror(Single, surface, *wo) } else { bsdf::evaluate(Single, surface, *wo, w) };
         let radiance = if sight.shines { plain(sight.radiance) } else { Vec3::ZERO };
-        let view = View { l: Single, scene: *scene, culled: near };
+        let view = View { l: Single, scene, culled: near };
         let visible = view.visible(surface, w, sight.t, sight.shines);
         Integrand {
             f: if visible { plain(value.f_cos) * radiance } else { Vec3::ZERO },

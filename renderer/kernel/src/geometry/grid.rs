@@ -1,6 +1,6 @@
 //! How an image is cut into blocks and patches of pixels.
 
-/// Width and height of a block in pixels, [`PACKET`] in all.
+/// Width and height of a block in pixels, [`crate::lanes::PACKET`] in all.
 pub const BLOCK: [u32; 2] = [8, 4];
 
 /// Side of a patch in pixels.

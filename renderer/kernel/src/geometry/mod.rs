@@ -33,7 +33,7 @@ pub struct Geometry {
 
 impl fmt::Debug for Geometry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let nodes = self.tree.as_ref().map_or(0, |tree| tree.len());
+        let nodes = self.tree.as_ref().map_or(0, |tree| tree.node_count());
         write!(f, "Geometry {{ {} facets, {} balls, {nodes} nodes }}", self.facets.len(), self.balls.len())
     }
 }

@@ -101,6 +101,7 @@ impl<L: Lanes> Div<L::F> for V3<L> {
     type Output = Self;
     /// One division for all three components.
     #[inline(always)]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "a product with the inverse")]
     fn div(self, s: L::F) -> Self {
         self * s.recip()
     }

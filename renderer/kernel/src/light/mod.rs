@@ -609,7 +609,7 @@ impl Lights {
     }
 
     /// The same for directions that were drawn towards lights, where no ray meets two of them (see
-    /// [`Self::can_be_disjoint`] and [`patch::Culled::lights_disjoint`]): only the light chosen is asked.
+    /// [`Self::can_be_disjoint`] and [`crate::world::culling::Culled::lights_disjoint`]): only the light chosen is asked.
     #[inline(always)]
     pub fn look_at<L: Lanes>(&self, l: L, aim: &Aim<L>, distances: bool) -> Sight<L> {
         let each = 1.0 / self.list.len().max(1) as f32;

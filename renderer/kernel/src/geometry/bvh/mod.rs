@@ -10,7 +10,7 @@
 //!
 //! **What a ray meets is a matter of that ray alone**, whichever rays share its packet and whichever way
 //! it is walked. That holds because it is defined without an order: a ray meets a primitive if it
-//! passes the box of the primitive's leaf and then [`FacetLanes::intersect`] says so; the distance
+//! passes the box of the primitive's leaf and then [`FacetLanes::intersect`](super::shape::FacetLanes::intersect) says so; the distance
 //! counts as no less than where it enters that box; of equal distances the lower number wins. All box
 //! tests are monotone: rounding never lets a ray enter a child earlier than its parent, nor the bound
 //! of a packet lie above that of a ray. So no box that is passed over holds a primitive that would
@@ -67,7 +67,7 @@ pub(crate) const KIND_BITS: u32 = 6;
 /// Numbers that a leaf is read from: its own, and what lanes beyond the last primitive fall on.
 const WINDOW: usize = LEAF * FACET_NUMBERS + FAN;
 
-/// The only child of the first node (see [`child_key`]): where all walks start.
+/// The only child of the first node (see `child_key` in `walk.rs`): where all walks start.
 const ROOT: u64 = 0;
 
 /// Sixteen children.
@@ -97,7 +97,7 @@ impl Node {
 /// A tree over facets and balls, in whose order it has put them.
 pub struct Tree {
     nodes: Vec<Node>,
-    /// [`Facet::numbers`] of each leaf: all first ones, all second ones, ...
+    /// [`Facet::numbers`](super::shape::Facet::numbers) of each leaf: all first ones, all second ones, ...
     facets: Vec<f32>,
     /// The same for balls.
     balls: Vec<f32>,

@@ -62,7 +62,7 @@ pub(super) fn child_of_key(key: u64) -> (usize, usize, f32) {
     (child / FAN, child % FAN, f32::from_bits((key >> 32) as u32))
 }
 
-/// A child, as [`Node::child`] has it, and where it is entered. A ray by itself needs no more, and what it needs next
+/// A child, as [`super::Node::child`] has it, and where it is entered. A ray by itself needs no more, and what it needs next
 /// does not wait for the node above to be read once more: a tenth faster.
 #[inline(always)]
 pub(super) fn entry_key(child: u32, enters: f32) -> u64 {
