@@ -1,4 +1,4 @@
-//! What `patch.rs` takes off its lists, no ray meets: pictures with lists and without are the same, bit
+//! What `culling.rs` takes off its lists, no ray meets: pictures with lists and without are the same, bit
 //! for bit, however nasty the scene.
 
 use std::sync::Arc;

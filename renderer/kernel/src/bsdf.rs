@@ -85,7 +85,7 @@ fn reflects_all(eta: Vec3, k: Vec3) -> bool {
     (0..3).all(|c| k[c] >= 1e4 && normal(eta[c], k[c]) < 1e-6)
 }
 
-/// Points of one surface that a packet of camera rays met.
+/// Points of one surface that a packet of camera rays hit.
 #[derive(Clone, Copy)]
 pub struct Surface<'a, L: Lanes> {
     /// Position.
@@ -156,7 +156,7 @@ pub struct BsdfValue<L: Lanes> {
 }
 
 /// BSDF times cosine and density of the BSDF technique at `wi`; both 0 below the surface, and 0
-/// from Dirac lobes, which no given direction meets.
+/// from Dirac lobes, which no given direction hits.
 ///
 /// GGX with Smith's height-correlated masking (Heitz 2014, eq. 99) and visible normals
 /// (Heitz 2018): `f cos = D F G2 / (4 cos_o)`, `p = D G1 / (4 cos_o)`. With

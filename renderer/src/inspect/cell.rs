@@ -109,7 +109,7 @@ pub(super) fn halves(corner: [f64; 2], mut side: [f64; 2], axis: usize) -> [([f6
 }
 
 /// What is to be exact: f, its squares over either density and over their sum, what balance and power heuristics make of
-/// them, and the probabilities to meet a light.
+/// them, and the probabilities to hit a light.
 fn features(node: &Node) -> [f64; K] {
     let (y, l, b) = (node.y, f64::from(node.p[0]), f64::from(node.p[1]));
     let over = |p: f64| if p > 0.0 { y * y / p } else { 0.0 };

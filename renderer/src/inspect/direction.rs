@@ -20,10 +20,10 @@ pub struct Direction {
     pub f: Vec3,
     /// `Le`, per channel: the radiance that the light in front sends back, were nothing else in the way. 0 without one.
     pub radiance: Vec3,
-    /// `V`: a light is met that shines this way, and nothing opaque lies before it.
+    /// `V`: a light is hit that shines this way, and nothing opaque lies before it.
     pub visible: bool,
     /// `p_L`, density of the light technique, per solid angle; in a mirror's direction 0, since no light sample ever
-    /// meets it.
+    /// hits it.
     pub p_light: f32,
     /// `p_B`, density of the BSDF technique, per solid angle. Of a mirror's direction: its probability.
     pub p_bsdf: f32,
@@ -33,7 +33,7 @@ pub struct Direction {
     pub met: Option<Met>,
 }
 
-/// A light that a ray meets.
+/// A light that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Met {
     /// Its index in the list of lights of the built scene (sphere lights first; each facet of a mesh is a light).
@@ -57,7 +57,7 @@ pub(super) struct Integrand {
 
 impl Point<'_> {
     /// The integrand and both densities in direction `wi`, of length 1. A mirror's delta is left out: no given direction
-    /// meets it.
+    /// hits it.
     pub fn direction(&self, wi: Vec3) -> Direction {
         self.describe(wi, self.integrand(wi, false), false)
     }

@@ -1,7 +1,7 @@
 //! The study's window: one point of one pixel, in plain numbers.
 //!
 //! The renderer's own functions, asked on one lane: [`Inspector::at_pixel`] finds the surface [`Point`] that a camera ray
-//! meets; [`Point::direction`] what the estimator sees in one direction there (f, both densities, and by
+//! hits; [`Point::direction`] what the estimator sees in one direction there (f, both densities, and by
 //! [`Direction::weighted`] the weights of any estimator); [`Point::tabulate`] the same for all directions of all
 //! lights, from which [`Table::moments`] has mean and variance of any estimator *exactly*, that is by quadrature
 //! instead of sampling, and [`Table::best_c`] the c of least variance. [`replay()`] draws one sample of one pixel again, to

@@ -1,4 +1,4 @@
-//! What a camera ray meets.
+//! What a camera ray hits.
 
 use glam::Vec3;
 use mislab_kernel::bsdf::{Material, Surface};
@@ -17,7 +17,7 @@ pub struct Inspector<'a> {
     settings: &'a Settings,
 }
 
-/// What a camera ray meets.
+/// What a camera ray hits.
 pub enum Seen<'a> {
     /// Nothing.
     Nothing,
@@ -43,7 +43,7 @@ impl<'a> Inspector<'a> {
         Self { scene, settings }
     }
 
-    /// What the camera ray through image point (x, y) meets, in pixels from the top left: the centre of pixel (i, j) is
+    /// What the camera ray through image point (x, y) hits, in pixels from the top left: the centre of pixel (i, j) is
     /// (i + 1/2, j + 1/2).
     pub fn at_pixel(&self, x: f32, y: f32) -> Seen<'a> {
         let [width, height] = self.settings.image.resolution.map(|n| n as f32);

@@ -133,7 +133,7 @@ fn build(mesh: &Mesh) -> BuiltScene {
     BuiltScene::new(&scene, &Settings::default()).expect("the mesh can be built")
 }
 
-/// At the level of this machine; a closure that is inlined into the function for that level, see `kernel.rs`.
+/// At the level of this machine; a closure that is inlined into the function for that level, see `lanes/level.rs`.
 macro_rules! dispatched {
     ($call:ident($($argument:expr),*)) => {
         if let Lanewise::Wide(level) = Lanewise::best() {

@@ -11,7 +11,8 @@ pub const POWER_BETA: u32 = 2;
 /// Share of the largest density below which the cutoff heuristic drops a technique.
 pub const CUTOFF_ALPHA: f32 = 0.1;
 
-/// How densely the techniques draw one direction, seen from the one that drew it: `n p` or `c p`, per solid angle.
+/// How densely the techniques draw one direction, seen from the one that drew it: `p` or `c p` (`p` with
+/// the tutorial's weights), per solid angle.
 #[derive(Clone, Copy)]
 pub struct Rivals<L: Lanes> {
     /// The technique that drew it.

@@ -3,21 +3,22 @@
 //! The integral over directions is
 //!
 //! ```text
-//! L = integral of f(w) dw,      f(w) = bsdf(wo, w) Le(w) V(w) cos(w)
+//! L = integral of f(wi) dwi,      f(wi) = bsdf(wo, wi) Le(wi) V(wi) cos(wi)
 //! ```
 //!
-//! Two *techniques* draw w: towards a light, with density `p_L`, and by the lobe of the BSDF, with density `p_B`. They
+//! Two *techniques* draw wi: towards a light, with density `p_L`, and by a lobe of the BSDF, with density `p_B`. They
 //! are twins: either makes a [`Draw`], and one function evaluates f and both densities at it. A *strategy* says which
 //! techniques are drawn and how densely they cover a direction together:
 //!
 //! ```text
-//! light, bsdf   one technique alone                           L = f / p_t
-//! mis_all       multi-sample model: one sample of each        L = sum over t of  w_t f / p_t         (Veach 1997, eq. 9.4)
-//! mis           one-sample model: t drawn with probability c_t      L = w_t f / (c_t p_t)            (Veach 1997, eq. 9.15)
+//! light, bsdf   one technique alone                              f / p_t
+//! mis_all       multi-sample model: one sample of each           sum over t of  w_t f / p_t     (Veach 1997, eq. 9.4)
+//! mis           one-sample model: t drawn with probability c_t   w_t f / (c_t p_t)              (Veach 1997, eq. 9.15)
 //! ```
 //!
-//! Every one of these is `f / d`. With the density q of the technique that drew w (p or c p), the weight w turns it into
-//! the effective density `d = q / w`; for the balance heuristic that is the density of the mixture, `q_L + q_B`.
+//! Every one of these is `f / d`. With the density q of the technique that drew wi (p, or c p), the weight w turns q
+//! into the effective density `d = q / w`; for the balance heuristic that is the density of the mixture, `q_L + q_B`.
+//! (The tutorial's one-sample weights see p alone; c then multiplies d.)
 //!
 //! A weight belongs to the technique that drew the sample. The weights of a direction sum to one because both techniques
 //! evaluate the same two densities.
@@ -128,13 +129,14 @@ impl<L: Lanes> Point<'_, L> {
     /// The light technique where true, the BSDF technique elsewhere.
     #[inline(always)]
     pub(crate) fn draw_where(&self, by_light: L::M, u: &Numbers<L>) -> Draw<L> {
-        if by_light.all() {
-            self.draw_light(u)
-        } else if by_light.any() {
-            Draw::select(by_light, &self.draw_light(u), &self.draw_bsdf(u))
-        } else {
-            self.draw_bsdf(u)
+        let mut draw = Draw::none(self.view.l, by_light);
+        if by_light.any() {
+            draw = Draw { by_light, ..self.draw_light(u) };
         }
+        if !by_light.all() {
+            draw = Draw::select(by_light, &draw, &self.draw_bsdf(u));
+        }
+        draw
     }
 
     /// Follows the secondary ray that was drawn: `f / d`.
@@ -210,6 +212,13 @@ pub fn drawn_by_light<L: Lanes>(l: L, estimator: &Estimator, technique: L::F) ->
 }
 
 impl<L: Lanes> Draw<L> {
+    /// No direction.
+    #[inline(always)]
+    fn none(l: L, by_light: L::M) -> Self {
+        let aim = Aim::nowhere(l);
+        Self { wi: aim.wi, aim, by_light, valid: l.m(false), dirac: l.m(false) }
+    }
+
     /// `a` where true, `b` elsewhere.
     #[inline(always)]
     fn select(m: L::M, a: &Self, b: &Self) -> Self {

@@ -1,4 +1,4 @@
-//! All surfaces of a scene, and the two questions asked of them: what does a ray meet first, and
+//! All surfaces of a scene, and the two questions asked of them: what does a ray hit first, and
 //! is anything in its way.
 
 pub mod bounds;
@@ -76,7 +76,7 @@ impl Geometry {
         self.tree.is_some()
     }
 
-    /// First primitive of the list that each ray meets; of all primitives where there is a tree.
+    /// First primitive of the list that each ray hits; of all primitives where there is a tree.
     /// Directions are unit vectors.
     #[inline(always)]
     pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, list: &List) -> Nearest<L> {
@@ -159,7 +159,7 @@ fn walk_parts<L: Lanes, const ANY: bool>(l: L, tree: &Tree, origin: V3<L>, dir: 
     Nearest { t: l.load(&t), id: l.load_u(&id) }
 }
 
-/// The nearer of what was met so far and primitive `id`, at distance `t` where `hit`.
+/// The nearer of what was hit so far and primitive `id`, at distance `t` where `hit`.
 #[inline(always)]
 fn nearer<L: Lanes>(l: L, id: usize, t: L::F, hit: L::M, best: Nearest<L>) -> Nearest<L> {
     let hit = hit & t.lt(best.t);

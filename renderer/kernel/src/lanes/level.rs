@@ -48,7 +48,7 @@ impl Lanewise {
     /// machine of the last ten years needs.)
     pub fn run<T: Task>(self, task: T) -> T::Output {
         match self {
-            // `cargo mutants` alone sets this (tests/README.md): to compile one kernel of four for each mutant.
+            // `cargo mutants` alone sets this (tests/FAULTS.md): to compile one kernel of four for each mutant.
             #[cfg(one_lane)]
             Self::Wide(_) | Self::Single => task.run(Single),
             #[cfg(all(target_arch = "x86_64", not(one_lane)))]

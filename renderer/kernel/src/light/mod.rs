@@ -1,7 +1,7 @@
 //! Lights: the light technique's way to draw a direction, and its density.
 //!
-//! The density of a direction is that of the whole mixture: `p_L(w) = sum_l q_l p_l(w)` over every
-//! light that the line meets, hidden or not, with `q_l = 1 / n`. It is defined once, in
+//! The density of a direction is that of the whole mixture: `p_L(wi) = sum_l p_l(wi) / n` over every
+//! light that the line hits, hidden or not. It is defined once, in
 //! [`Lights::look`], as a function of the direction alone; both techniques and every strategy use
 //! that function, so that the two weights of a direction always sum to one.
 
@@ -104,7 +104,7 @@ struct Tables {
 pub struct Sight<L: Lanes> {
     /// `p_L` of the direction, per solid angle.
     pub pdf: L::F,
-    /// Distance to the nearest light surface, infinite if none is met; if it was not asked for, any.
+    /// Distance to the nearest light surface, infinite if none is hit; if it was not asked for, any.
     pub t: L::F,
     /// Radiance that the nearest one sends back, were nothing else in the way.
     pub radiance: V3<L>,
@@ -142,7 +142,7 @@ impl<L: Lanes> Aim<L> {
     }
 }
 
-/// Where rays meet a light.
+/// Where rays hit a light.
 struct Meeting<L: Lanes> {
     /// True where they do, on either side.
     met: L::M,
@@ -154,7 +154,7 @@ struct Meeting<L: Lanes> {
     distance: L::F,
 }
 
-/// Where rays meet a ball light's surface from outside or from within, without a square root: how far
+/// Where rays hit a ball light's surface from outside or from within, without a square root: how far
 /// along the ray the nearest point to the centre is, and the square of half the chord.
 struct Chord<L: Lanes> {
     along: L::F,
@@ -163,7 +163,7 @@ struct Chord<L: Lanes> {
     x: L::F,
     /// The rays start inside.
     inside: L::M,
-    /// The line meets the sphere, and not only behind the start.
+    /// The line hits the sphere, and not only behind the start.
     met: L::M,
 }
 
@@ -216,7 +216,7 @@ impl<L: Lanes> BallLightLanes<L> {
         Self { ball: BallLanes::splat(l, ball), curvature2: l.f(ball.curvature2()), inward: l.m(ball.inward) }
     }
 
-    /// Whether and where rays meet it. From inside only what lies beyond `t_min` is met.
+    /// Whether and where rays hit it. From inside only what lies beyond `t_min` is hit.
     #[inline(always)]
     fn meet(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F, from_outside: bool) -> Meeting<L> {
         let Chord { along, half2, x, inside, met } = chord(l, &self.ball, self.curvature2, origin, dir, from_outside);
@@ -231,7 +231,7 @@ impl<L: Lanes> BallLightLanes<L> {
     }
 }
 
-/// What a facet light is that rays meet at `distance` if they are `inside` its edges; only beyond `t_min`.
+/// What a facet light is that rays hit at `distance` if they are `inside` its edges; only beyond `t_min`.
 #[inline(always)]
 fn meet_facet<L: Lanes>(
     l: L,
@@ -461,7 +461,7 @@ impl Lights {
         }
     }
 
-    /// First light surface of the list that each ray meets: distance, index, and the radiance it
+    /// First light surface of the list that each ray hits: distance, index, and the radiance it
     /// sends back.
     #[inline(always)]
     pub fn nearest<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>, list: &List) -> (L::F, L::U, V3<L>) {
@@ -572,7 +572,7 @@ impl Lights {
     pub fn look<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F, distances: bool) -> Sight<L> {
         let each = 1.0 / self.list.len().max(1) as f32;
         if !self.tables.any_facet && self.balls.len() <= IN_TABLE {
-            // Nearly every direction meets one ball or none, from outside.
+            // Nearly every direction hits one ball or none, from outside.
             let (sight, doubtful) = self.only_ball(l, p, wi, distances);
             if !doubtful.any() {
                 return Sight { pdf: sight.pdf * each, ..sight };
@@ -594,7 +594,7 @@ impl Lights {
         Sight { pdf: density * each, t, radiance, shines }
     }
 
-    /// Index of the light surface that each ray meets first beyond `t_min`, as [`Self::look`] finds it; of those that meet
+    /// Index of the light surface that each ray hits first beyond `t_min`, as [`Self::look`] finds it; of those that hit
     /// none, any.
     #[inline(always)]
     pub fn first_met<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F) -> L::U {
@@ -608,7 +608,7 @@ impl Lights {
         }
     }
 
-    /// The same for directions that were drawn towards lights, where no ray meets two of them (see
+    /// The same for directions that were drawn towards lights, where no ray hits two of them (see
     /// [`Self::can_be_disjoint`] and [`crate::world::culling::Culled::lights_disjoint`]): only the light chosen is asked.
     #[inline(always)]
     pub fn look_at<L: Lanes>(&self, l: L, aim: &Aim<L>, distances: bool) -> Sight<L> {
@@ -627,7 +627,7 @@ impl Lights {
         self.from_outside && !self.tables.any_facet && !self.tables.any_inward && self.balls.len() <= IN_TABLE
     }
 
-    /// The ball that each direction meets, with the density of sampling that ball; and where that is not the whole
+    /// The ball that each direction hits, with the density of sampling that ball; and where that is not the whole
     /// truth, since there are more of them, or one around `p`. One density for all lanes, not one for each light.
     #[inline(always)]
     fn only_ball<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, distances: bool) -> (Sight<L>, L::M) {

@@ -1,4 +1,4 @@
-//! Which of many lights a ray may meet: a tree over their boxes, so that a direction's density does not take a time that
+//! Which of many lights a ray may hit: a tree over their boxes, so that a direction's density does not take a time that
 //! grows with the number of lights.
 //!
 //! It only narrows the lights down. Each ray gets a short list, in the order of their numbers, of lights whose boxes it
@@ -13,7 +13,7 @@ use obvhs::aabb::Aabb;
 use crate::geometry::bvh::{Binary, FAN, INNER, KIND_BITS, LEVELS, Node, near_and_far, reciprocal};
 use crate::lanes::{Lanes, Mask, PACKET, Place, Real, V3};
 
-/// Longest list of a ray. One that may meet more lights has to ask all.
+/// Longest list of a ray. One that may hit more lights has to ask all.
 pub const MOST_MET: usize = 8;
 
 /// What boxes and passages are widened by, as a fraction of their size.
@@ -28,7 +28,7 @@ pub struct LightTree {
     nodes: Vec<Node>,
 }
 
-/// For each ray of a packet the lights that it may meet.
+/// For each ray of a packet the lights that it may hit.
 pub struct Met {
     /// `[place in the list][lane]`, ascending.
     numbers: [[u32; PACKET]; MOST_MET],
@@ -56,7 +56,7 @@ impl LightTree {
         Self { nodes: binary.collapse(|_, numbers| numbers[0] << KIND_BITS) }
     }
 
-    /// The lights that each ray may meet.
+    /// The lights that each ray may hit.
     #[inline(always)]
     pub fn may_meet<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> Met {
         let inverse = reciprocal(l, dir);

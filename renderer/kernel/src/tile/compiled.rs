@@ -8,7 +8,7 @@ use crate::request::Strategy;
 /// Does the job with the kernel of its strategy, in these lanes.
 pub(super) fn run(how: Lanewise, job: Job<'_>) -> u64 {
     match how {
-        // `cargo mutants` alone sets this (tests/README.md): to compile one kernel of four for each mutant.
+        // `cargo mutants` alone sets this (tests/FAULTS.md): to compile one kernel of four for each mutant.
         #[cfg(one_lane)]
         Lanewise::Wide(_) | Lanewise::Single => single::run((), job),
         #[cfg(not(one_lane))]

@@ -20,11 +20,11 @@ use crate::world::{BuiltScene, View};
 pub struct Replayed {
     /// Its random numbers.
     pub drawn: Drawn,
-    /// Radiance of a light that the camera ray meets, 0 without one; what the film adds to the picture's emission.
+    /// Radiance of a light that the camera ray hits, 0 without one; what the film adds to the picture's emission.
     pub emitted: Vec3,
     /// True where that is not 0.
     pub emits: bool,
-    /// Number of the shape whose surface the camera ray meets, if it meets one that reflects.
+    /// Number of the shape whose surface the camera ray hits, if it hits one that reflects.
     pub shape: Option<usize>,
     /// The secondary rays: light before BSDF for [`Strategy::MisAll`], else one; none where nothing reflects.
     pub rays: Vec<Ray>,

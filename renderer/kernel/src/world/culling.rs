@@ -5,7 +5,7 @@
 //! So each primitive is asked once per patch:
 //!
 //! - *outside*: does it lie wholly beyond one of the four planes through the eye and the sides of
-//!   the patch? Then no camera ray meets it.
+//!   the patch? Then no camera ray hits it.
 //! - *covers*: do the rays through the patch's corners all meet the inside of this facet? Then
 //!   every ray does, since a facet is convex.
 //! - *hidden*: is it farther than a covering facet along the four corner rays? The inverse of
@@ -16,7 +16,8 @@
 //!
 //! A "yes" takes a primitive off a list, so every "yes" has to be certain: each test carries an
 //! allowance for the rounding of its own numbers and of the rays', and what is not a number
-//! answers "no". Nothing is kept between passes that could go stale.
+//! answers "no". Answers are kept with the built scene
+//! (`BuiltScene::culled`); they depend on shapes and camera alone.
 
 use glam::{DVec3, Vec3, Vec4};
 
@@ -29,21 +30,21 @@ use crate::world::camera::Pinhole;
 /// Allowance for rounding: 32 units in the last place of the largest number involved.
 const SLACK: f32 = 16.0 * f32::EPSILON;
 
-/// What the rays of a patch may meet. The lists mean nothing for geometry that has a tree, and for
+/// What the rays of a patch may hit. The lists mean nothing for geometry that has a tree, and for
 /// more than [`MOST`] lights.
 #[derive(Clone, Copy, Debug)]
 pub struct Culled {
-    /// Primitives of the geometry that camera rays may meet.
+    /// Primitives of the geometry that camera rays may hit.
     pub surfaces: List,
-    /// Every camera ray meets the facet that is the only one of `surfaces`.
+    /// Every camera ray hits the facet that is the only one of `surfaces`.
     pub covered: bool,
-    /// Lights that camera rays may meet, by index.
+    /// Lights that camera rays may hit, by index.
     pub lights: List,
     /// Primitives of the geometry that may come between a surface of the patch and a light.
     pub occluders: List,
     /// There is a tree of primitives, any of which may do so.
     pub tree: bool,
-    /// All lights are balls, and no ray from the surface of the patch meets two of them.
+    /// All lights are balls, and no ray from the surface of the patch hits two of them.
     pub lights_disjoint: bool,
 }
 
@@ -132,7 +133,7 @@ struct Look {
     inverse: Vec4,
     /// Largest error of `inverse`.
     error: f32,
-    /// Every ray meets the facet.
+    /// Every ray hits the facet.
     covers: bool,
 }
 
@@ -150,13 +151,13 @@ impl Beam {
         Self { eye: camera.origin, rays: Points::new(rays.map(DVec3::as_vec3)), length, sides }
     }
 
-    /// True if no ray meets the facet.
+    /// True if no ray hits the facet.
     fn misses_plate(&self, plate: &Plate) -> bool {
         let slack = SLACK * plate.reach;
         self.sides.iter().any(|&side| plate.from_eye.dot(side).cmplt(Vec4::splat(-slack)).all())
     }
 
-    /// True if no ray meets the sphere.
+    /// True if no ray hits the sphere.
     fn misses_globe(&self, globe: &Globe) -> bool {
         let limit = -(globe.ball.radius + SLACK * globe.reach);
         self.sides.iter().any(|side| side.dot(globe.ball.center - self.eye) < limit)
@@ -169,7 +170,7 @@ impl Beam {
         let inverse = cos / to_plane;
         let error = SLACK * (self.length + inverse.abs().max_element() * plate.reach) / to_plane.abs();
 
-        // Coordinates in the facet of the points that the rays meet, and their largest error.
+        // Coordinates in the facet of the points that the rays hit, and their largest error.
         let distance = inverse.recip();
         let from_p0 = self.eye - facet.p0;
         let [u_axis, v_axis] = facet.axes();
@@ -380,9 +381,9 @@ impl Patches {
         }
     }
 
-    /// True if all lights are balls and no ray from a point of the surface meets two of them.
+    /// True if all lights are balls and no ray from a point of the surface hits two of them.
     ///
-    /// A ray that is moved so that it starts in the middle of the surface still meets every light that it met, if the
+    /// A ray that is moved so that it starts in the middle of the surface still hits every light that it hit, if the
     /// lights' radii grow by as much as it was moved. From there each of the grown lights fills a cone, and two are
     /// apart if the angle between their axes is larger than the angles of both cones together.
     fn lights_disjoint(&self, plate: &Plate, surface: &Footprint) -> bool {

@@ -1,5 +1,5 @@
 //! The camera and the surfaces in plain double precision: from pixels to rays, from points to pixels, and where a ray
-//! meets a sphere or a triangle.
+//! hits a sphere or a triangle.
 //!
 //! For what is asked about a scene apart from rendering it: what is under the mouse, which pixels show which plate.
 //! Rendering works on the same axes, rounded to single precision: [`crate::world::camera::Pinhole`].
@@ -21,7 +21,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// Smallest t > 0 where `origin + t direction` meets the sphere.
+    /// Smallest t > 0 where `origin + t direction` hits the sphere.
     pub fn hit_sphere(&self, center: DVec3, radius: f64) -> Option<f64> {
         let (oc, direction) = (self.origin - center, self.direction);
         let (a, half_b, c) = (direction.length_squared(), oc.dot(direction), oc.length_squared() - radius * radius);
@@ -30,7 +30,7 @@ impl Ray {
         [(-half_b - root) / a, (-half_b + root) / a].into_iter().find(|&t| t > 0.0)
     }
 
-    /// t > 0 where `origin + t direction` meets the triangle (Möller and Trumbore 1997).
+    /// t > 0 where `origin + t direction` hits the triangle (Möller and Trumbore 1997).
     pub fn hit_triangle(&self, [a, b, c]: [DVec3; 3]) -> Option<f64> {
         let (ab, ac) = (b - a, c - a);
         let p = self.direction.cross(ac);

@@ -22,7 +22,7 @@ pub struct View<'a, L: Lanes> {
     pub culled: &'a Culled,
 }
 
-/// What a packet of camera rays met.
+/// What a packet of camera rays hit.
 pub struct CameraHit<'a, L: Lanes> {
     /// True where there is a surface that may reflect.
     pub surface: L::M,
@@ -32,9 +32,9 @@ pub struct CameraHit<'a, L: Lanes> {
     pub shapes: Option<L::U>,
     /// The points met, made of what that of the shape is made of.
     pub points: Surface<'a, L>,
-    /// Radiance of a light met directly, 0 elsewhere.
+    /// Radiance of a light hit directly, 0 elsewhere.
     pub emitted: V3<L>,
-    /// True where a light that shines this way was met.
+    /// True where a light that shines this way was hit.
     pub emits: L::M,
 }
 
@@ -94,7 +94,7 @@ impl<'a, L: Lanes> View<'a, L> {
     }
 
     /// The shapes (see [`CameraHit`]) and the points `p` that rays in directions `dir` met on the primitives with these
-    /// numbers. Most packets meet one primitive; in a fine mesh every ray may meet another.
+    /// numbers. Most packets meet one primitive; in a fine mesh every ray may hit another.
     #[inline(always)]
     fn points(&self, id: L::U, met: L::M, p: V3<L>, dir: V3<L>) -> (u32, Option<L::U>, Surface<'a, L>) {
         let l = self.l;

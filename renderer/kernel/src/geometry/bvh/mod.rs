@@ -8,8 +8,8 @@
 //!   for the whole packet, sixteen children at a time, says which children are worth a look.
 //! - *one by one*, as soon as there are few.
 //!
-//! **What a ray meets is a matter of that ray alone**, whichever rays share its packet and whichever way
-//! it is walked. That holds because it is defined without an order: a ray meets a primitive if it
+//! **What a ray hits is a matter of that ray alone**, whichever rays share its packet and whichever way
+//! it is walked. That holds because it is defined without an order: a ray hits a primitive if it
 //! passes the box of the primitive's leaf and then [`FacetLanes::intersect`](super::shape::FacetLanes::intersect) says so; the distance
 //! counts as no less than where it enters that box; of equal distances the lower number wins. All box
 //! tests are monotone: rounding never lets a ray enter a child earlier than its parent, nor the bound

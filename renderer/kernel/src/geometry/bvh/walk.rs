@@ -7,7 +7,7 @@ use crate::geometry::hit::Nearest;
 use crate::geometry::shape::{BallLanes, FACET_NUMBERS, FacetLanes};
 use crate::lanes::{Lanes, Mask, Real, Uint, V3};
 
-/// Rays, and what they have met so far.
+/// Rays, and what they have hit so far.
 pub(super) struct Rays<L: Lanes> {
     origin: V3<L>,
     dir: V3<L>,
@@ -96,8 +96,8 @@ pub(super) fn passage<L: Lanes>(l: L, near: V3<L>, far: V3<L>) -> (L::F, L::F) {
 }
 
 impl Tree {
-    /// What each ray meets first, nearer than `t_max` or just there; with `ANY` the distance becomes
-    /// minus infinity where anything nearer than `t_max` is met. Rays with a negative `t_max` meet nothing.
+    /// What each ray hits first, nearer than `t_max` or just there; with `ANY` the distance becomes
+    /// minus infinity where anything nearer than `t_max` is hit. Rays with a negative `t_max` meet nothing.
     #[inline(always)]
     pub fn walk<L: Lanes, const ANY: bool>(&self, l: L, origin: V3<L>, dir: V3<L>, t_max: L::F) -> Nearest<L> {
         let inverse = reciprocal(l, dir);
