@@ -26,6 +26,6 @@ pub use layer::{Channel, Layer};
 pub use mislab_kernel as kernel;
 pub use mislab_kernel::request::{
     Bsdf, Camera, Estimator, Geometry, Heuristic, ImageSettings, Light, Material, OneSampleWeights, PixelRect,
-    Reflectance, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings, Shape, Strategy,
+    Reflectance, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings, Shape, Strategy, Technique,
 };
 pub use mislab_kernel::world::projection;

@@ -2,16 +2,7 @@
 //!
 //! Names in EXR files are the renderer's: [`mislab_renderer::Channel::exr_name`].
 
-use mislab_renderer::Layer;
-
-/// One of the two ways to draw a direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Technique {
-    /// From the lights: amber everywhere.
-    Light,
-    /// From the BSDF: blue everywhere.
-    Bsdf,
-}
+use mislab_renderer::{Layer, Technique};
 
 /// How the numbers of a layer become colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! How the picture is looked at: layer, exposure, tone map. None of it reaches the renderer.
 
 use eframe::egui::{self, ComboBox, Ui};
-use mislab_renderer::{Layer, Strategy};
+use mislab_renderer::{Layer, Strategy, Technique};
 
-use crate::look::layer::{Colouring, LayerLook, Technique};
+use crate::look::layer::{Colouring, LayerLook};
 use crate::look::theme::{GRID, Inks, strategy_fill};
 use crate::panel::widgets::{ParamSlider, Scale, segmented, title, wide_button};
 use crate::state::command::Command;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use eframe::egui::{
     self, Align2, Color32, FontId, Galley, Mesh, Pos2, Rect, Role, Sense, Shape, TextStyle, Vec2, pos2, vec2,
 };
-use mislab_renderer::Layer;
+use mislab_renderer::{Layer, Technique};
 
-use crate::look::layer::{Colouring, LayerLook, Technique};
+use crate::look::layer::{Colouring, LayerLook};
 use crate::picture::tone::{self, HATCH_PERIOD};
 use crate::state::view::ViewState;
 

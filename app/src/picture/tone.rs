@@ -5,10 +5,10 @@
 
 use bytemuck::{Pod, Zeroable};
 use eframe::egui::Color32;
-use mislab_renderer::Layer;
+use mislab_renderer::{Layer, Technique};
 
 use crate::look::colormap::ColourMap;
-use crate::look::layer::{Colouring, LayerLook, Technique};
+use crate::look::layer::{Colouring, LayerLook};
 use crate::picture::planes::Planes;
 use crate::state::placement::Geometry;
 use crate::state::view::{ToneMap, ViewState};
