@@ -175,8 +175,7 @@ impl<L: Lanes> Sample<L> {
     /// Nothing seen.
     #[inline(always)]
     pub fn nothing(l: L) -> Self {
-        let none = Contribution::none(l);
-        Self { reflected: Reflected { light: none, bsdf: none }, emitted: V3::all(l.f(0.0)), emits: l.m(false) }
+        Self { reflected: Reflected::none(l), emitted: V3::all(l.f(0.0)), emits: l.m(false) }
     }
 }
 

@@ -101,5 +101,6 @@ pub fn reflected(
     near: &Culled,
 ) -> Reflected<Single> {
     let view = View { l: Single, scene, culled: near };
-    Point { view, estimator: &settings.estimator, surface: *s, wo, here: true }.reflected(random)
+    let at = Point { view, estimator: &settings.estimator, surface: *s, wo, here: true };
+    Reflected::none(Single).replaced(&at.reflected(random))
 }

@@ -47,7 +47,8 @@ fn reflected(
     near: &Culled,
 ) -> Reflected<Two> {
     let view = View { l: Two, scene, culled: near };
-    Point { view, estimator: &settings.estimator, surface: *s, wo, here: Truths([true; 2]) }.reflected(random)
+    let at = Point { view, estimator: &settings.estimator, surface: *s, wo, here: Truths([true; 2]) };
+    Reflected::none(Two).replaced(&at.reflected(random))
 }
 
 #[test]

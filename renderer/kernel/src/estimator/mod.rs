@@ -72,12 +72,12 @@ pub(crate) struct Candidate<L: Lanes> {
     pub p: PerTechnique<L::F>,
 }
 
-/// What one technique adds to one sample.
+/// What one technique adds to one sample. Only where it is `lit`; elsewhere the numbers mean nothing.
 #[derive(Clone, Copy)]
 pub struct Contribution<L: Lanes> {
-    /// `f / d`, that is `w f / p` or `w f / (c p)`, per channel; 0 where `lit` is false.
+    /// `f / d`, that is `w f / p` or `w f / (c p)`, per channel.
     pub value: V3<L>,
-    /// MIS weight w of the technique that drew the sample; 0 where `lit` is false.
+    /// MIS weight w of the technique that drew the sample.
     pub weight: L::F,
     /// The technique was drawn and its ray hit a light.
     pub lit: L::M,
@@ -87,19 +87,22 @@ pub struct Contribution<L: Lanes> {
 pub type Reflected<L> = PerTechnique<Contribution<L>>;
 
 impl<L: Lanes> Point<'_, L> {
-    /// One sample of the reflected radiance, by technique.
+    /// One sample of the reflected radiance, by technique. `None` is no light in any lane.
     #[inline(always)]
-    pub fn reflected(&self, u: &Numbers<L>) -> Reflected<L> {
-        let none = Contribution::none(self.view.l);
+    pub fn reflected(&self, u: &Numbers<L>) -> PerTechnique<Option<Contribution<L>>> {
         match self.estimator.strategy {
-            Strategy::Light => PerTechnique { light: self.estimate(&self.draw_light(u)), bsdf: none },
-            Strategy::Bsdf => PerTechnique { light: none, bsdf: self.estimate(&self.draw_bsdf(u)) },
+            Strategy::Light => PerTechnique { light: self.estimate(&self.draw_light(u)), bsdf: None },
+            Strategy::Bsdf => PerTechnique { light: None, bsdf: self.estimate(&self.draw_bsdf(u)) },
             Strategy::MisAll => {
                 PerTechnique { light: self.estimate(&self.draw_light(u)), bsdf: self.estimate(&self.draw_bsdf(u)) }
             }
             Strategy::Mis => {
                 let draw = self.draw_either(u);
-                self.estimate(&draw).split(self.view.l, draw.by_light)
+                let sample = self.estimate(&draw);
+                PerTechnique {
+                    light: sample.and_then(|x| x.only(draw.by_light)),
+                    bsdf: sample.and_then(|x| x.only(!draw.by_light)),
+                }
             }
         }
     }
@@ -141,11 +144,8 @@ impl<L: Lanes> Point<'_, L> {
 
     /// Follows the secondary ray that was drawn: `f / d`.
     #[inline(always)]
-    fn estimate(&self, draw: &Draw<L>) -> Contribution<L> {
-        match self.candidate(draw) {
-            Some(x) => self.contribution(draw, &x),
-            None => Contribution::none(self.view.l),
-        }
+    fn estimate(&self, draw: &Draw<L>) -> Option<Contribution<L>> {
+        self.candidate(draw).map(|x| self.contribution(draw, &x))
     }
 
     /// What a candidate counts for.
@@ -170,7 +170,7 @@ impl<L: Lanes> Point<'_, L> {
         };
         // "Not zero" rather than "positive", so that a NaN goes on to the film and is counted there.
         let lit = !q.own.le(l.f(0.0)) & x.f.is_lit(l);
-        Contribution { value: (x.f / d).or_zero(l, lit), weight: lit.select(w, l.f(0.0)), lit }
+        Contribution { value: x.f / d, weight: w, lit }
     }
 
     /// The integrand and both densities at a drawn direction. `None` if no lane's ray hits a light.
@@ -249,15 +249,29 @@ impl<L: Lanes> Contribution<L> {
         }
     }
 
-    /// Given to the technique that drew it.
+    /// This where true. `None` if that is nowhere.
     #[inline(always)]
-    fn split(&self, l: L, by_light: L::M) -> Reflected<L> {
-        PerTechnique { light: self.only(l, by_light), bsdf: self.only(l, !by_light) }
+    fn only(&self, here: L::M) -> Option<Self> {
+        here.any().then(|| Self { lit: self.lit & here, ..*self })
+    }
+}
+
+impl<L: Lanes> Reflected<L> {
+    /// No light.
+    #[inline(always)]
+    pub fn none(l: L) -> Self {
+        Self { light: Contribution::none(l), bsdf: Contribution::none(l) }
     }
 
-    /// This where true, no light elsewhere.
+    /// `sample` where it is lit, this elsewhere.
     #[inline(always)]
-    fn only(&self, l: L, here: L::M) -> Self {
-        Self { value: self.value.or_zero(l, here), weight: here.select(self.weight, l.f(0.0)), lit: self.lit & here }
+    pub fn replaced(mut self, sample: &PerTechnique<Option<Contribution<L>>>) -> Self {
+        if let Some(light) = &sample.light {
+            self.light = light.or(&self.light);
+        }
+        if let Some(bsdf) = &sample.bsdf {
+            self.bsdf = bsdf.or(&self.bsdf);
+        }
+        self
     }
 }

@@ -7,7 +7,7 @@ pub mod replay;
 mod turns;
 
 use crate::bsdf::Surface;
-use crate::estimator::{Contribution, Point, Reflected};
+use crate::estimator::{Point, Reflected};
 use crate::film::{Rest, Sample, Tile};
 use crate::geometry::grid::{BLOCK, PATCH};
 use crate::lanes::{Lanes, Lanewise, Mask, PACKET, Uint};
@@ -126,8 +126,7 @@ fn sample<L: Lanes>(view: View<'_, L>, estimator: &Estimator, [x, y]: [L::F; 2],
     let [jx, jy] = u.get_2d(Dimension::Pixel);
     let dir = scene.camera.direction(l, x + jx, y + jy);
     let hit = view.camera_hit(dir);
-    let none = Contribution::none(l);
-    let mut reflected = Reflected { light: none, bsdf: none };
+    let mut reflected = Reflected::none(l);
     // Packets are small patches of the image: nearly always all lanes hit the same shape. Where not, there is one round
     // for each shape hit.
     let (mut todo, mut shape) = (hit.surface, hit.first);
@@ -138,8 +137,7 @@ fn sample<L: Lanes>(view: View<'_, L>, estimator: &Estimator, [x, y]: [L::F; 2],
         }
         if let Some(material) = scene.material(shape) {
             let surface = Surface { material, ..hit.points };
-            let more = Point { view, estimator, surface, wo: -dir, here }.reflected(u);
-            reflected = Reflected { light: more.light.or(&reflected.light), bsdf: more.bsdf.or(&reflected.bsdf) };
+            reflected = reflected.replaced(&Point { view, estimator, surface, wo: -dir, here }.reflected(u));
         }
         let Some(shapes) = hit.shapes else { break };
         todo = todo & !here;

@@ -143,7 +143,7 @@ impl Task for ReplaySample<'_> {
                 let mut part = Contribution::none(l);
                 let (mut f, mut p_light, mut p_bsdf) = (Vec3::ZERO, 0.0, 0.0);
                 if let Some(x) = at.candidate(&draw) {
-                    part = at.contribution(&draw, &x);
+                    part = at.contribution(&draw, &x).or(&part);
                     let Candidate { f: each, p } = x;
                     (f, p_light, p_bsdf) = (vector(each, lane), p.light.lane(lane), p.bsdf.lane(lane));
                 }
