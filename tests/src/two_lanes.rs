@@ -166,7 +166,7 @@ impl Real for Floats {
         Self(self.0.map(f32::sqrt))
     }
     fn mul_add(self, a: Self, b: Self) -> Self {
-        self * a + b
+        Self([0, 1].map(|i| f32::mul_add(self.0[i], a.0[i], b.0[i])))
     }
     fn min(self, b: Self) -> Self {
         Self(both(self.0, b.0, f32::min))

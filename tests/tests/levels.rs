@@ -69,17 +69,21 @@ fn every_level_agrees() {
 
 #[test]
 fn levels_that_fuse_alike_give_the_same_bits() {
-    let fused: Vec<_> = Lanewise::all().into_iter().filter(|way| ["AVX-512", "AVX2"].contains(&way.name())).collect();
-    let [wide, narrow] = fused[..] else {
-        println!("this machine has not both AVX-512 and AVX2: nothing to compare");
+    let fused: Vec<_> = Lanewise::all().into_iter().filter(|way| way.name() != "SSE4.2").collect();
+    if fused.len() < 2 {
+        println!("this machine has no vector level that fuses: nothing to compare");
         return;
-    };
+    }
     for request in cases() {
-        let (a, b) = (render(&request, wide), render(&request, narrow));
-        for &channel in &Channel::ALL {
-            for (i, (a, b)) in a.channel(channel).into_iter().zip(b.channel(channel)).enumerate() {
-                let name = request.settings.estimator.strategy.name();
-                assert_eq!(a.to_bits(), b.to_bits(), "{name}, {}, pixel {i}: {a} and {b}", channel.exr_name());
+        let first = render(&request, fused[0]);
+        for &way in &fused[1..] {
+            let other = render(&request, way);
+            for &channel in &Channel::ALL {
+                for (i, (a, b)) in first.channel(channel).into_iter().zip(other.channel(channel)).enumerate() {
+                    let name = request.settings.estimator.strategy.name();
+                    let what = format!("{}, {name}, {}, pixel {i}", way.name(), channel.exr_name());
+                    assert_eq!(a.to_bits(), b.to_bits(), "{what}: {a} and {b}");
+                }
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use mislab_kernel::bsdf;
-use mislab_kernel::lanes::{Single, V3};
+use mislab_kernel::lanes::{Single, V3, fused};
 use mislab_kernel::light::LightShape;
 use mislab_kernel::request::Estimator;
 use mislab_kernel::world::View;
@@ -92,13 +92,24 @@ impl Point<'_> {
     /// Index of the light in front; if there is none, any.
     #[inline(never)]
     pub(super) fn light_in_front(&self, wi: Vec3) -> usize {
-        let first = self.scene.lights.first_met(Single, self.surface.p, V3::splat(Single, wi), self.scene.epsilon);
-        first.0 as usize
+        fused(
+            #[inline(always)]
+            || self.scene.lights.first_met(Single, self.surface.p, V3::splat(Single, wi), self.scene.epsilon),
+        )
+        .0 as usize
     }
 
     /// One secondary ray on one lane, with the estimator's functions.
     #[inline(never)]
     pub(super) fn integrand(&self, wi: Vec3, dirac: bool) -> Integrand {
+        fused(
+            #[inline(always)]
+            || self.follow(wi, dirac),
+        )
+    }
+
+    #[inline(always)]
+    fn follow(&self, wi: Vec3, dirac: bool) -> Integrand {
         let Self { scene, surface, wo, near, .. } = self;
         let w = V3::splat(Single, wi);
         let sight = scene.lights.look(Single, surface.p, w, scene.epsilon, true);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use mislab_kernel::bsdf::{Material, Surface};
 use mislab_kernel::geometry::grid::SIDE;
-use mislab_kernel::lanes::{Single, V3};
+use mislab_kernel::lanes::{Single, V3, fused};
 use mislab_kernel::request::Settings;
 use mislab_kernel::world::culling::Culled;
 use mislab_kernel::world::{BuiltScene, View};
@@ -53,11 +53,14 @@ impl<'a> Inspector<'a> {
         } else {
             self.scene.patches.everything()
         };
-        seen(self.scene, near, x, y)
+        fused(
+            #[inline(always)]
+            || seen(self.scene, near, x, y),
+        )
     }
 }
 
-#[inline(never)]
+#[inline(always)]
 fn seen(scene: &BuiltScene, near: Culled, x: f32, y: f32) -> Seen<'_> {
     let dir = scene.camera.direction(Single, x, y);
     let hit = View { l: Single, scene, culled: &near }.camera_hit(dir);

@@ -168,7 +168,8 @@ fn what_lies_in_a_direction() {
                 assert_eq!(d(sight.radiance), radiance.as_dvec3(), "{}, distances {distances}", what());
                 if distances {
                     let found = f64::from(sight.t);
-                    assert!(found == t || (found - t).abs() < 1e-5 * t + 1e-6, "{}: {found}, expected {t}", what());
+                    // Squared distances of order 1 are rounded to 1e-7, which a ray at a slope of 0.01 sees as 5e-6.
+                    assert!(found == t || (found - t).abs() < 1e-5 * t + 5e-6, "{}: {found}, expected {t}", what());
                 }
             }
         }

@@ -8,7 +8,7 @@ use super::Wide;
 use super::dispatch;
 use super::{Lanes, Level, Simd, Single};
 
-/// How the kernel runs. All ways agree up to the rounding of fused operations.
+/// How the kernel runs. All ways give the same bits but SSE4.2, which cannot multiply and add at once.
 #[derive(Clone, Copy, Debug)]
 pub enum Lanewise {
     /// Sixteen pixels at a time on a vector unit, or twice as many on one of 512 bits.
@@ -66,7 +66,10 @@ impl Lanewise {
             #[cfg(not(any(target_arch = "x86_64", one_lane)))]
             Self::Wide(level) => dispatch!(level, simd => task.run(Wide(simd))),
             #[cfg(not(one_lane))]
-            Self::Single => task.run(Single),
+            Self::Single => fused(
+                #[inline(always)]
+                || task.run(Single),
+            ),
         }
     }
 
@@ -98,6 +101,16 @@ macro_rules! levels {
 }
 #[cfg(all(target_arch = "x86_64", not(one_lane)))]
 levels!(avx512, avx2, sse4_2);
+
+/// Does a task on one lane, with the instruction that multiplies and adds at once if the machine has it: elsewhere every
+/// [`super::Real::mul_add`] of [`Single`] is a library call. The task must be `#[inline(always)]`.
+pub fn fused<R>(task: impl FnOnce() -> R) -> R {
+    #[cfg(all(target_arch = "x86_64", not(one_lane)))]
+    if let Some(simd) = Level::new().as_avx2() {
+        return simd.vectorize(task);
+    }
+    task()
+}
 
 /// Something to be done in lanes. `run` has to be `#[inline(always)]`, as all lane code.
 pub trait Task {

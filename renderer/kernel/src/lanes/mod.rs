@@ -19,7 +19,7 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 #[cfg(target_arch = "x86_64")]
 pub use fearless_simd::x86::{Avx2, Avx512, Sse4_2};
 pub use fearless_simd::{Level, Simd, dispatch};
-pub use level::{Lanewise, Task};
+pub use level::{Lanewise, Task, fused};
 pub use single::{Single, Wrapping};
 pub use twice::{Twice, Two};
 pub use vectors::V3;
@@ -116,7 +116,7 @@ pub trait Real:
     fn recip(self) -> Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
-    /// `self * a + b`, fused where the machine can.
+    /// `self * a + b`, rounded once; SSE4.2 rounds twice.
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// The smaller of two numbers.
     fn min(self, b: Self) -> Self;

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Mul, Shl, Shr, Sub};
 
-use super::{Lanes, Mask, Place, Real, SHORT, Uint};
+use super::{Lanes, Mask, Place, Real, SHORT, Uint, fused};
 
 /// One lane: plain scalars.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +66,7 @@ impl Lanes for Single {
     }
     #[inline(never)]
     fn out_of_line<P: Place, R>(self, task: impl FnOnce() -> R) -> R {
-        task()
+        fused(task)
     }
 }
 
@@ -99,8 +99,7 @@ impl Real for f32 {
     }
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
-        // Not `f32::mul_add`, which is a library call where the target has no fused instruction.
-        self * a + b
+        f32::mul_add(self, a, b)
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {

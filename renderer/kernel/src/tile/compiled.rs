@@ -72,7 +72,10 @@ macro_rules! level {
         }
     };
 }
-level!(single, (), _nothing, run => run!(lanes::Single));
+level!(single, (), _nothing, run => lanes::fused(
+    #[inline(always)]
+    || run!(lanes::Single),
+));
 #[cfg(all(target_arch = "x86_64", not(one_lane), level = "avx512"))]
 level!(avx512, lanes::Avx512, simd, run => lanes::Simd::vectorize(
     simd,
