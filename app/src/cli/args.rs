@@ -285,7 +285,8 @@ fn counts(text: &str) -> Result<Counts, String> {
                 all.push(next);
             }
             if next != last {
-                return Err(format!("{last} is not {latest} times a power of {latest}/{before}, {EXPECTED}"));
+                let factor = f64::from(latest) / f64::from(before);
+                return Err(format!("{last} is not {latest} times a power of {factor}, {EXPECTED}"));
             }
         } else {
             all.push(part.parse().ok().filter(|n| *n > 0).ok_or(EXPECTED)?);

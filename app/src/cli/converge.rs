@@ -21,20 +21,25 @@ pub(super) fn run(args: ConvergeArgs) -> Result<(), Failure> {
     let input = Input::load(picture.scene.as_deref())?;
     input.warn(how.quiet);
     let request = request(&picture, Request { scene: input.scene.clone(), settings: input.settings.clone() })?;
-    let reference = reference.map(|path| snapshot::load_image(&path)).transpose()?;
-    let options = Options { strategies, at, replicates, by_square, reference, threads: how.nthreads };
+    let image = reference.as_deref().map(snapshot::load_image).transpose()?;
+    let options = Options { strategies, at, replicates, by_square, reference: image, threads: how.nthreads };
     let found = {
         let bar = Bar::new(how.quiet);
         converge(&request, &options, &mut |step| {
             bar.show_step(step);
             true
-        })?
+        })
     };
-    let found = found.ok_or_else(|| Failure::Run("stopped".to_owned()))?;
+    let named = |error: mislab_renderer::Error| match &reference {
+        Some(path) => Failure::Run(format!("{}: {error}", path.display())),
+        None => error.into(),
+    };
+    let found = found.map_err(named)?.ok_or_else(|| Failure::Run("stopped".to_owned()))?;
 
     let on_stdout = [&csv, &json].iter().any(|to| matches!(to, Some(Destination::StandardOutput)));
     if !on_stdout {
-        output::print(&found.to_text())?;
+        let file = reference.map(|path| path.display().to_string());
+        output::print(&found.to_text(file.as_deref()))?;
     }
     if let Some(csv) = &csv {
         csv.write_text(&found.to_csv())?;

@@ -113,6 +113,8 @@ pub struct SquareCurve {
     pub slope: Option<f64>,
     /// See [`Curve::slope_interval`].
     pub slope_interval: Option<[f64; 2]>,
+    /// See [`Curve::heavy_tailed`].
+    pub heavy_tailed: bool,
     /// By ascending spp.
     pub points: Vec<CurvePoint>,
 }
@@ -134,6 +136,9 @@ pub struct Curve {
     pub slope: Option<f64>,
     /// Its 95 % interval.
     pub slope_interval: Option<[f64; 2]>,
+    /// At some point one replicate carries more than half of the error of at least four: rare bright samples make the error, and
+    /// what has not been drawn yet is in no interval.
+    pub heavy_tailed: bool,
     /// Why the error cannot fall to 0, if so: [`Estimator::bias`].
     pub bias: Option<&'static str>,
     /// By ascending spp.
@@ -170,9 +175,9 @@ pub struct Convergence {
 }
 
 impl Convergence {
-    /// For people: a table of errors, a column for each strategy.
-    pub fn to_text(&self) -> String {
-        report::text(self)
+    /// For people: a table of errors, a column for each strategy. `file` names the reference if it came from one.
+    pub fn to_text(&self, file: Option<&str>) -> String {
+        report::text(self, file)
     }
 
     /// For spreadsheets: a head line, then one line for each point.
@@ -393,6 +398,7 @@ fn curve(options: &Options, settings: &[Settings], against: &Against, measured: 
             pixels: squares.iter().filter(|s| **s == Some(square)).count(),
             slope: fit.map(|fit| fit.slope),
             slope_interval: fit.map(|fit| fit.interval),
+            heavy_tailed: is_heavy_tailed(&measured.squares[i]),
             points: points(&measured.squares[i]),
         }
     };
@@ -405,6 +411,7 @@ fn curve(options: &Options, settings: &[Settings], against: &Against, measured: 
         sampler: sampling.sampler.kind.name(),
         slope: whole.map(|fit| fit.slope),
         slope_interval: whole.map(|fit| fit.interval),
+        heavy_tailed: is_heavy_tailed(&measured.whole),
         bias: estimator.bias(),
         points: points(&measured.whole),
         squares: against
@@ -412,4 +419,12 @@ fn curve(options: &Options, settings: &[Settings], against: &Against, measured: 
             .as_ref()
             .map(|squares| Square::ALL.into_iter().enumerate().map(|each| square(each, squares)).collect()),
     }
+}
+
+/// See [`Curve::heavy_tailed`].
+fn is_heavy_tailed(errors: &[Vec<f64>]) -> bool {
+    let one_carries_it = |errors: &Vec<f64>| {
+        errors.len() >= 4 && errors.iter().copied().fold(0.0, f64::max) > errors.iter().sum::<f64>() / 2.0
+    };
+    errors.iter().any(one_carries_it)
 }

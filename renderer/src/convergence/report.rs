@@ -6,7 +6,7 @@ use super::{Convergence, Curve, CurvePoint};
 use crate::table::report::{bsdf_name, light_name, with_error};
 
 /// See [`Convergence::to_text`].
-pub(super) fn text(all: &Convergence) -> String {
+pub(super) fn text(all: &Convergence, file: Option<&str>) -> String {
     let mut out = String::new();
     let Convergence { scene, width, height, replicates, reference, curves } = all;
     let _ = writeln!(
@@ -30,8 +30,21 @@ pub(super) fn text(all: &Convergence) -> String {
             out,
             "\nReference: {spp} camera rays per pixel{per_light}, its own relMSE {own:.1e}, which does not count."
         ),
-        None => writeln!(out, "\nReference: a file ({spp} spp), taken as exact."),
+        None => {
+            let file = file.unwrap_or("a file");
+            writeln!(out, "\nReference: {file} ({spp} spp), taken as exact: its own noise counts as error.")
+        }
     };
+    let in_square = |curve: &Curve| curve.squares.iter().flatten().any(|square| square.heavy_tailed);
+    let heavy: Vec<_> = curves.iter().filter(|c| c.heavy_tailed || in_square(c)).map(|curve| curve.strategy).collect();
+    if !heavy.is_empty() {
+        let _ = writeln!(
+            out,
+            "{}: rare bright samples make the error; where one render carries most of it, the true error and slope can lie \
+             outside the interval.",
+            heavy.join(", ")
+        );
+    }
     for curve in curves {
         if let Some(bias) = curve.bias {
             let _ = writeln!(out, "{}: {bias}", curve.strategy);
