@@ -330,6 +330,11 @@ fn unusable_arguments_exit_with_2_and_say_what_is_expected() {
         ("render --brightness 3", ["--brightness", "unexpected"]),
         ("table --format pdf", ["'pdf'", "md, csv, json"]),
         ("table --size 5", ["'5'", "800x800"]),
+        ("converge --strategies light,best", ["'best'", "light, bsdf, mis_all, mis"]),
+        ("converge --at 4,2", ["'4,2'", "ascending"]),
+        ("converge --at 1,3,...,10", ["'1,3,...,10'", "power of 3"]),
+        ("converge --replicates 1", ["'1'", "2 to 1000"]),
+        ("converge --csv - --json -", ["--csv -", "at most one"]),
         ("bench --seconds -1", ["'-1'", "from 0 to 3600"]),
         ("bench --seconds nan", ["'nan'", "from 0 to 3600"]),
         ("compare a.exr", ["<B.exr>", "required"]),
@@ -523,6 +528,49 @@ fn the_table_in_all_formats_with_its_pictures() {
     assert!(markdown.out.starts_with('|'), "{}", markdown.out);
 }
 
+#[test]
+fn errors_are_measured_against_samples() {
+    let place = Place::new();
+    let ran = place.run(
+        "converge --size 32x32 --strategies light,mis --at 1,2,...,8 --replicates 3 --by-square --csv c.csv --json -",
+    );
+    ran.expect_code(0);
+    let report: Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert!(report["reference"]["spp"].as_u64() >= Some(32) && report["reference"]["rel_mse"].is_f64(), "{report}");
+    let curves = report["curves"].as_array().expect("curves");
+    assert_eq!(curves.iter().map(|c| c["strategy"].as_str()).collect::<Vec<_>>(), [Some("light"), Some("mis")]);
+    for curve in curves {
+        for key in ["heuristic", "weights", "sampler"] {
+            assert!(curve[key].is_string(), "{key}: {curve}");
+        }
+        assert!(curve["light_prob"].is_f64() && curve["slope"].is_f64(), "{curve}");
+        assert_eq!(curve["slope_interval"].as_array().map(Vec::len), Some(2));
+        let squares = curve["squares"].as_array().expect("squares");
+        assert_eq!(squares.len(), 4);
+        assert!(squares.iter().all(|s| s["light"].is_string() && s["bsdf"].is_string()), "{curve}");
+        for points in squares.iter().chain([curve]).map(|c| c["points"].as_array().expect("points")) {
+            assert_eq!(points.iter().map(|p| p["spp"].as_u64()).collect::<Vec<_>>(), [1, 2, 4, 8].map(Some));
+            for point in points {
+                for key in ["rays", "cpu_seconds", "rel_mse", "standard_error"] {
+                    assert!(point[key].is_number(), "{key}: {point}");
+                }
+            }
+        }
+    }
+    let csv = std::fs::read_to_string(place.path("c.csv")).expect("a file");
+    assert_eq!(csv.lines().count(), 1 + 2 * 5 * 4, "{csv}");
+
+    place.run("render --size 32x32 --spp 64 --outfile r.exr --quiet").expect_code(0);
+    let ran = place.run("converge --size 32x32 --at 4,8 --replicates 2 --reference r.exr --quiet");
+    ran.expect_code(0);
+    assert_eq!(ran.err, "");
+    for part in ["mis_all", "slope", "r.exr", "64 spp"] {
+        assert!(ran.out.contains(part), "{part}: {}", ran.out);
+    }
+    let ran = place.run("converge --size 16x16 --reference r.exr");
+    ran.expect_code(1).expect_err(&["r.exr", "32 x 32", "16 x 16"]);
+}
+
 /// Where no window can be opened, the lesson's results come all the same. The scene's own size keeps this short.
 #[test]
 fn without_a_display_the_pictures_and_the_table_are_made() {
@@ -545,7 +593,7 @@ fn help_names_every_command_and_option() {
     let place = Place::new();
     let help = place.run("--help");
     help.expect_code(0);
-    for command in ["render", "table", "compare", "info", "bench"] {
+    for command in ["render", "table", "converge", "compare", "info", "bench"] {
         assert!(help.out.contains(command), "{command}");
     }
     let help = place.run("render --help").out;

@@ -1,4 +1,4 @@
-//! The command line: `mislab [SCENE]` for the window, `render`, `table`, `compare`, `info` and `bench` without one.
+//! The command line: `mislab [SCENE]` for the window, `render`, `table`, `converge`, `compare`, `info` and `bench` without one.
 //!
 //! What was asked for goes to standard output and nothing else does; messages, warnings and progress go to standard
 //! error. Exit code 0: done; 1: it failed; 2: the arguments cannot be used.
@@ -12,6 +12,7 @@ mod args;
 mod argv;
 mod bench;
 mod compare;
+mod converge;
 mod failure;
 mod info;
 mod input;
@@ -38,6 +39,7 @@ pub fn main() -> ExitCode {
     let done = match args.command {
         Some(Command::Render(args)) => render::run(args),
         Some(Command::Table(args)) => table::run(args),
+        Some(Command::Converge(args)) => converge::run(args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Info(args)) => info::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),

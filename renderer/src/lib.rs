@@ -5,7 +5,9 @@
 //! renders in the background, [`frame`] is an immutable snapshot with its [`layer`]s; [`pbrt`] reads scene files,
 //! [`snapshot`] reads and writes EXR files, [`metrics`] and [`table`] measure; [`inspect`] answers in plain floats what happens at one pixel.
 
+pub mod batch;
 pub mod benchmark;
+pub mod convergence;
 pub mod engine;
 pub mod error;
 pub mod frame;

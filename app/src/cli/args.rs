@@ -28,6 +28,8 @@ pub(super) enum Command {
     Render(RenderArgs),
     /// Renders the tutorial's four pictures and a reference, and fills in the tutorial's table
     Table(TableArgs),
+    /// Measures how the error of each strategy falls with the samples
+    Converge(ConvergeArgs),
     /// Says how far two pictures are apart
     Compare(CompareArgs),
     /// Shows the settings a picture was made with
@@ -43,12 +45,39 @@ Options may also be written with one dash, as in pbrt-v3.
 Exit code 0: the picture is saved; 1: it failed; 2: the arguments cannot be used.
 Stopped with Ctrl+C, it saves nothing and leaves an older file as it was.")]
 pub(super) struct RenderArgs {
-    /// A scene (.pbrt), or a picture saved by this program (.exr), to render again [default: Veach's scene]
-    pub(super) scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) picture: PictureArgs,
 
     /// How directions are sampled
     #[arg(long, value_name = "NAME", value_parser = names(Strategy::ALL.map(Strategy::name), Strategy::from_name))]
     pub(super) strategy: Option<Strategy>,
+
+    /// Samples per pixel; for the stratified sampler arranged as squarely as can be, 64 as 8 x 8
+    #[arg(long, value_name = "N", value_parser = at_least_one, allow_negative_numbers = true)]
+    pub(super) spp: Option<NonZeroU32>,
+
+    #[command(flatten)]
+    pub(super) how: HowArgs,
+
+    /// File to save: .exr with all layers and settings, or .png, 8 bits, sRGB-encoded, clipped to [0, 1]
+    /// [default: the Film's filename; for a picture NAME.exr rendered again, NAME_again.exr]
+    #[arg(long, value_name = "FILE", value_parser = picture_file)]
+    pub(super) outfile: Option<PictureFile>,
+
+    /// Writes settings, work and time as JSON to this file; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+
+    /// A quick preview: a quarter of width and height and at most 4 samples per pixel, where not named
+    #[arg(long)]
+    pub(super) quick: bool,
+}
+
+/// Which picture, but for its strategy and samples.
+#[derive(Debug, clap::Args)]
+pub(super) struct PictureArgs {
+    /// A scene (.pbrt), or a picture saved by this program (.exr), to render again [default: Veach's scene]
+    pub(super) scene: Option<PathBuf>,
 
     /// Probability of a light sample in the strategy `mis`, in [0, 1]
     #[arg(long, value_name = "C", value_parser = unit, allow_negative_numbers = true)]
@@ -74,16 +103,9 @@ pub(super) struct RenderArgs {
     )]
     pub(super) sampler: Option<SamplerKind>,
 
-    /// Samples per pixel; for the stratified sampler arranged as squarely as can be, 64 as 8 x 8
-    #[arg(long, value_name = "N", value_parser = at_least_one, allow_negative_numbers = true)]
-    pub(super) spp: Option<NonZeroU32>,
-
     /// Seed of all random numbers
     #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
     pub(super) seed: Option<u32>,
-
-    #[command(flatten)]
-    pub(super) how: HowArgs,
 
     /// Image size in pixels, e.g. 800x800
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -96,19 +118,53 @@ pub(super) struct RenderArgs {
     /// Roughness (GGX alpha, in [0, 1]) of the material NAME; 0 is a mirror. May be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = alpha)]
     pub(super) alpha: Vec<Alpha>,
+}
 
-    /// File to save: .exr with all layers and settings, or .png, 8 bits, sRGB-encoded, clipped to [0, 1]
-    /// [default: the Film's filename; for a picture NAME.exr rendered again, NAME_again.exr]
-    #[arg(long, value_name = "FILE", value_parser = picture_file)]
-    pub(super) outfile: Option<PictureFile>,
+/// Each point is the mean over pictures with different seeds, rendered to just that many samples.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Errors are relMSE against a converged picture in two halves, whose own noise does not add to them.
+The slope is that of the line on logarithmic axes, with its 95 % interval; independent samples have -1.")]
+pub(super) struct ConvergeArgs {
+    #[command(flatten)]
+    pub(super) picture: PictureArgs,
 
-    /// Writes settings, work and time as JSON to this file; `-` for standard output
+    /// A curve for each of these
+    #[arg(
+        long,
+        value_name = "NAME,NAME",
+        value_delimiter = ',',
+        value_parser = names(Strategy::ALL.map(Strategy::name), Strategy::from_name),
+        default_value = "light,bsdf,mis_all,mis"
+    )]
+    pub(super) strategies: Vec<Strategy>,
+
+    /// Samples per pixel of the points, ascending; `...` goes on by the same factor
+    #[arg(long, value_name = "N,N,...,N", value_parser = counts, default_value = "1,2,4,...,256", allow_negative_numbers = true)]
+    pub(super) at: Counts,
+
+    /// Pictures of each point, with different seeds
+    #[arg(long, value_name = "N", default_value = "8", value_parser = replicates, allow_negative_numbers = true)]
+    pub(super) replicates: u32,
+
+    /// A converged picture of the same pixels, taken as exact [default: rendered by the program]
+    #[arg(long, value_name = "F.exr")]
+    pub(super) reference: Option<PathBuf>,
+
+    /// Also each of the tutorial's squares by itself: light small or large, BSDF broad or sharp
+    #[arg(long)]
+    pub(super) by_square: bool,
+
+    /// Writes the points as CSV to this file; `-` for standard output, in place of the text
+    #[arg(long, value_name = "FILE")]
+    pub(super) csv: Option<Destination>,
+
+    /// Writes everything as JSON to this file; `-` for standard output, in place of the text
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<Destination>,
 
-    /// A quick preview: a quarter of width and height and at most 4 samples per pixel, where not named
-    #[arg(long)]
-    pub(super) quick: bool,
+    #[command(flatten)]
+    pub(super) how: HowArgs,
 }
 
 /// How something is computed, which never changes its bits.
@@ -181,6 +237,10 @@ pub(super) struct BenchArgs {
     pub(super) quiet: bool,
 }
 
+/// The numbers of `--at`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Counts(pub(super) Vec<u32>);
+
 /// One `--alpha NAME=VALUE`.
 #[derive(Clone, Debug)]
 pub(super) struct Alpha {
@@ -203,6 +263,39 @@ fn unit(text: &str) -> Result<f32, String> {
 
 fn at_least_one(text: &str) -> Result<NonZeroU32, String> {
     text.parse().map_err(|_| format!("expected a whole number from 1 to {}", u32::MAX))
+}
+
+fn replicates(text: &str) -> Result<u32, String> {
+    let count = text.parse().ok().filter(|n| (2..=1000).contains(n));
+    count.ok_or_else(|| "expected a whole number from 2 to 1000".to_owned())
+}
+
+/// Ascending numbers with commas. `...` before the last goes on by the factor of the two before it.
+fn counts(text: &str) -> Result<Counts, String> {
+    const EXPECTED: &str = "expected ascending whole numbers from 1, e.g. 1,2,4,...,256";
+    let mut all: Vec<u32> = Vec::new();
+    let mut parts = text.split(',').map(str::trim);
+    while let Some(part) = parts.next() {
+        if ["...", "\u{2026}"].contains(&part) {
+            let last = parts.next().and_then(|last| last.parse::<u32>().ok()).ok_or(EXPECTED)?;
+            let &[.., before, latest] = &all[..] else { return Err(EXPECTED.to_owned()) };
+            let mut next = latest;
+            while next < last {
+                next = next.saturating_mul(latest) / before;
+                all.push(next);
+            }
+            if next != last {
+                let factor = f64::from(latest) / f64::from(before);
+                return Err(format!("{last} is not {latest} times a power of {factor}, {EXPECTED}"));
+            }
+        } else {
+            all.push(part.parse().ok().filter(|n| *n > 0).ok_or(EXPECTED)?);
+        }
+        if !all.is_sorted_by(|a, b| a < b) {
+            return Err(EXPECTED.to_owned());
+        }
+    }
+    Ok(Counts(all))
 }
 
 fn seed(text: &str) -> Result<u32, String> {
@@ -256,5 +349,11 @@ mod tests {
             assert!(size(text).is_err(), "{text}");
         }
         assert_eq!(size("800x600"), Ok([800, 600]));
+        for text in ["", "0", "2,1", "1,1", "1,2,x", "1,...,8", "1,2,...", "1,2,...,9", "...,4", "1,2,4,...,2", "-1,2"]
+        {
+            assert!(counts(text).is_err(), "{text}");
+        }
+        assert_eq!(counts("1,2,4,...,64,100"), Ok(Counts(vec![1, 2, 4, 8, 16, 32, 64, 100])));
+        assert_eq!(counts(" 9, 27, ..., 81"), Ok(Counts(vec![9, 27, 81])));
     }
 }

@@ -54,8 +54,13 @@ impl Destination {
     /// Writes `value` as indented JSON.
     pub(super) fn write(&self, value: &impl serde::Serialize) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(value).map_err(|error| Failure::Run(format!("JSON: {error}")))? + "\n";
+        self.write_text(&text)
+    }
+
+    /// Writes text as it is.
+    pub(super) fn write_text(&self, text: &str) -> Result<(), Failure> {
         match self {
-            Self::StandardOutput => print(&text),
+            Self::StandardOutput => print(text),
             Self::File(path) => Ok(snapshot::write_file(path, text.as_bytes())?),
         }
     }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mislab_renderer::Progress;
+use mislab_renderer::batch::Step;
 use mislab_renderer::table::TableProgress;
 
 /// Ticks of a whole bar: fine enough for any terminal.
@@ -35,6 +36,11 @@ impl Bar {
     /// The table's progress.
     pub(super) fn show_table(&self, progress: &TableProgress) {
         self.show(progress.fraction, progress.elapsed, &progress.step);
+    }
+
+    /// The progress of several pictures.
+    pub(super) fn show_step(&self, step: &Step<'_>) {
+        self.show(step.fraction, step.elapsed, step.step);
     }
 
     fn show(&self, fraction: f64, elapsed: Duration, text: &str) {

@@ -8,7 +8,7 @@ use mislab_renderer::{
 };
 use serde::Serialize;
 
-use super::args::{Alpha, RenderArgs};
+use super::args::{Alpha, PictureArgs, RenderArgs};
 use super::failure::Failure;
 use super::input::Input;
 use super::output::{self, PictureFile};
@@ -20,14 +20,20 @@ const QUICK_SHRINK: u32 = 4;
 const QUICK_SPP: u32 = 4;
 
 pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
-    let input = Input::load(args.scene.as_deref())?;
+    let input = Input::load(args.picture.scene.as_deref())?;
     input.warn(args.how.quiet);
-    let mut request = Request { scene: input.scene.clone(), settings: input.settings.clone() };
-    apply(&args, &mut request.settings);
-    request.settings.check().map_err(Failure::Usage)?;
-    for edit in &args.alpha {
-        set_alpha(Arc::make_mut(&mut request.scene), edit)?;
+    let mut settings = input.settings.clone();
+    if args.quick {
+        settings.image.resolution = settings.image.resolution.map(|side| (side / QUICK_SHRINK).max(1));
     }
+    settings.estimator.strategy = args.strategy.unwrap_or(settings.estimator.strategy);
+    let quick_spp =
+        settings.sampling.spp.filter(|spp| args.quick && spp.get() > QUICK_SPP).and(QUICK_SPP.try_into().ok());
+    if let Some(spp) = args.spp.or(quick_spp) {
+        settings.sampling.spp = Some(spp);
+        settings.sampling.sampler.strata = SamplerSettings::strata_for(spp.get());
+    }
+    let request = request(&args.picture, Request { scene: input.scene.clone(), settings })?;
 
     let outfile = match args.outfile {
         Some(file) => file,
@@ -63,27 +69,22 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
 }
 
 /// Puts what the command line names over what the scene file says.
-fn apply(args: &RenderArgs, settings: &mut Settings) {
-    if args.quick {
-        settings.image.resolution = settings.image.resolution.map(|side| (side / QUICK_SHRINK).max(1));
-    }
+pub(super) fn request(args: &PictureArgs, from: Request) -> Result<Request, Failure> {
+    let Request { mut scene, mut settings } = from;
     settings.image.resolution = args.size.unwrap_or(settings.image.resolution);
     if let Some(&[x0, x1, y0, y1]) = args.cropwindow.as_deref() {
         settings.image.crop = [x0, x1, y0, y1];
     }
-    settings.estimator.strategy = args.strategy.unwrap_or(settings.estimator.strategy);
     settings.estimator.light_prob = args.light_prob.unwrap_or(settings.estimator.light_prob);
     settings.estimator.heuristic = args.heuristic.unwrap_or(settings.estimator.heuristic);
     settings.estimator.weights = args.weights.unwrap_or(settings.estimator.weights);
     settings.sampling.seed = args.seed.unwrap_or(settings.sampling.seed);
     settings.sampling.sampler.kind = args.sampler.unwrap_or(settings.sampling.sampler.kind);
-
-    let quick_spp =
-        settings.sampling.spp.filter(|spp| args.quick && spp.get() > QUICK_SPP).and(QUICK_SPP.try_into().ok());
-    if let Some(spp) = args.spp.or(quick_spp) {
-        settings.sampling.spp = Some(spp);
-        settings.sampling.sampler.strata = SamplerSettings::strata_for(spp.get());
+    settings.check().map_err(Failure::Usage)?;
+    for edit in &args.alpha {
+        set_alpha(Arc::make_mut(&mut scene), edit)?;
     }
+    Ok(Request { scene, settings })
 }
 
 fn set_alpha(scene: &mut Scene, edit: &Alpha) -> Result<(), Failure> {

@@ -17,25 +17,25 @@
 //! [`TableOptions::size`] puts all four on one size.
 
 pub mod quality;
+pub(crate) mod reference;
 pub mod regions;
-mod report;
+pub(crate) mod report;
 
+use std::cell::RefCell;
 use std::num::NonZeroU32;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use mislab_kernel::request::scene::Scene;
-use mislab_kernel::request::{
-    Estimator, ImageSettings, Request, SamplerKind, SamplerSettings, Sampling, Settings, Strategy,
-};
+use mislab_kernel::request::{Estimator, ImageSettings, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use serde::Serialize;
 
-use self::quality::{Reference, crosses, mean_and_error, sidak};
-use self::regions::{Groups, Square, visible_materials};
-use crate::engine::Renderer;
+use self::quality::{crosses, mean_and_error, sidak};
+use self::reference::{SortedReference, rgb};
+use self::regions::{Groups, Square};
+use crate::batch::{Batch, Step, rays};
 use crate::error::Error;
 use crate::frame::Frame;
-use crate::layer::Channel;
 
 /// One file the tutorial asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -249,22 +249,32 @@ pub fn run_table(
     for run in TutorialRun::ALL {
         run.settings(options.size, options.seed).check().map_err(Error::Invalid)?;
     }
-    let mut work = Work::new(options, &groups, &sizes, progress);
+    let image = |size| ImageSettings { resolution: size, ..ImageSettings::default() };
+    let work: f64 = TutorialRun::ALL.map(|run| rays(&run.settings(options.size, 0))).iter().sum();
+    let references: f64 =
+        sizes.iter().map(|&size| reference::work(image(size), options.reference_spp, groups.lights().count())).sum();
+    let mut batch = Batch::new(options.threads, work * f64::from(options.replicates) + references);
+    let progress = RefCell::new(progress);
+    let report = |step: &Step<'_>, finished: Option<(TutorialRun, Arc<Frame>)>| {
+        let Step { step, fraction, elapsed } = *step;
+        (progress.borrow_mut())(&TableProgress { step: step.to_owned(), fraction, elapsed, finished })
+    };
+    let mut goes_on = |step: &Step<'_>| report(step, None);
 
     // The files first: they are what a waiting person looks at.
     let mut frames = Vec::new();
     for run in TutorialRun::ALL {
-        let Some(frame) = work.render(scene, run.settings(options.size, options.seed), run.file)? else {
-            return Ok(None);
-        };
-        if !work.report(run.file, Some((run, Arc::clone(&frame)))) {
+        let settings = run.settings(options.size, options.seed);
+        let Some(frame) = batch.render(scene, settings, run.file, &mut goes_on)? else { return Ok(None) };
+        if !report(&batch.step(run.file), Some((run, Arc::clone(&frame)))) {
             return Ok(None);
         }
         frames.push(frame);
     }
     let mut references = Vec::new();
     for &size in &sizes {
-        let Some(reference) = measure_reference(&mut work, scene, options, &groups, size)? else { return Ok(None) };
+        let plan = reference::Plan { image: image(size), spp: options.reference_spp, seed: options.seed };
+        let Some(reference) = plan.by_light(&mut batch, scene, &groups, &mut goes_on)? else { return Ok(None) };
         references.push((size, reference));
     }
 
@@ -282,7 +292,7 @@ pub fn run_table(
             } else {
                 let settings = run.settings(options.size, options.seed.wrapping_add(replicate));
                 let step = format!("{}, replicate {} of {}", run.file, replicate + 1, options.replicates);
-                let Some(frame) = work.render(scene, settings, &step)? else { return Ok(None) };
+                let Some(frame) = batch.render(scene, settings, &step, &mut goes_on)? else { return Ok(None) };
                 frame
             };
             let rgb = rgb(&frame);
@@ -298,73 +308,6 @@ pub fn run_table(
 
 /// Probability of any false alarm in the whole table.
 const SIGNIFICANCE: f64 = 0.05;
-
-/// A reference and whose its pixels are.
-struct SortedReference {
-    reference: Reference,
-    squares: Vec<Option<Square>>,
-}
-
-/// Renders the reference of one image size, light by light.
-fn measure_reference(
-    work: &mut Work<'_>,
-    scene: &Scene,
-    options: &TableOptions,
-    groups: &Groups,
-    size: [u32; 2],
-) -> Result<Option<SortedReference>, Error> {
-    let area = size[0] as usize * size[1] as usize;
-    let mut reference = Reference { halves: std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; area])) };
-    let mut luminance = Vec::new();
-    let count = groups.lights().count();
-    for (i, light) in groups.lights().enumerate() {
-        let mut alone = scene.clone();
-        for shape in (0..alone.shapes.len()).filter(|&s| s != light) {
-            if let Some(other) = &mut alone.shapes[shape].light {
-                other.on = false;
-            }
-        }
-        let alone = Arc::new(alone);
-        let mut sum = vec![0.0; area];
-        for half in 0..2 {
-            // Seeds far from those of the files, each used once.
-            let seed = options.seed.wrapping_add(1 << 31).wrapping_add((2 * i + half) as u32);
-            let settings = reference_settings(options, size, seed);
-            let step = format!("reference {} x {}, light {} of {count}", size[0], size[1], i + 1);
-            let Some(frame) = work.render(&alone, settings, &step)? else { return Ok(None) };
-            for (channel, values) in rgb(&frame).iter().enumerate() {
-                let total = &mut reference.halves[half][channel];
-                for ((total, sum), &value) in total.iter_mut().zip(&mut sum).zip(values) {
-                    *total += f64::from(value);
-                    *sum += LUMINANCE[channel] * f64::from(value);
-                }
-            }
-        }
-        luminance.push(sum);
-    }
-    let squares = groups.squares(&visible_materials(scene, size), &luminance);
-    Ok(Some(SortedReference { reference, squares }))
-}
-
-/// Luminance of Rec. 709 colours.
-const LUMINANCE: [f64; 3] = [0.212_671, 0.715_160, 0.072_169];
-
-/// One half of a reference: both techniques, points that converge fast.
-fn reference_settings(options: &TableOptions, size: [u32; 2], seed: u32) -> Settings {
-    Settings {
-        estimator: Estimator { strategy: Strategy::MisAll, ..Estimator::default() },
-        sampling: Sampling {
-            sampler: SamplerSettings { kind: SamplerKind::Sobol, ..Sampling::default().sampler },
-            spp: NonZeroU32::new(options.reference_spp / 2),
-            seed,
-        },
-        image: ImageSettings { resolution: size, ..ImageSettings::default() },
-    }
-}
-
-fn rgb(frame: &Frame) -> [Vec<f32>; 3] {
-    [Channel::R, Channel::G, Channel::B].map(|channel| frame.channel(channel))
-}
 
 /// The numbers, once everything is rendered.
 fn fill_in<'a>(
@@ -416,73 +359,4 @@ fn fill_in<'a>(
         significance: SIGNIFICANCE,
         rows: TutorialRun::ALL.into_iter().enumerate().map(row).collect(),
     }
-}
-
-/// Renders one picture after the other and keeps count.
-struct Work<'a> {
-    progress: &'a mut dyn FnMut(&TableProgress) -> bool,
-    /// Its threads stay from one picture to the next.
-    renderer: Renderer,
-    tally: Tally,
-}
-
-/// Secondary rays, done and in all.
-struct Tally {
-    started: Instant,
-    done: f64,
-    total: f64,
-}
-
-impl Tally {
-    fn at(&self, step: &str, finished: Option<(TutorialRun, Arc<Frame>)>) -> TableProgress {
-        let fraction = (self.done / self.total).min(1.0);
-        TableProgress { step: step.to_owned(), fraction, elapsed: self.started.elapsed(), finished }
-    }
-}
-
-impl<'a> Work<'a> {
-    fn new(
-        options: &TableOptions,
-        groups: &Groups,
-        sizes: &[[u32; 2]],
-        progress: &'a mut dyn FnMut(&TableProgress) -> bool,
-    ) -> Self {
-        let files = TutorialRun::ALL.map(|run| rays(&run.settings(options.size, 0))).iter().sum::<f64>();
-        let halves = 2.0 * groups.lights().count() as f64;
-        let references: f64 = sizes.iter().map(|&size| halves * rays(&reference_settings(options, size, 0))).sum();
-        let total = files * f64::from(options.replicates) + references;
-        let tally = Tally { started: Instant::now(), done: 0.0, total };
-        Self { progress, renderer: Renderer::new(options.threads, || {}), tally }
-    }
-
-    /// The finished picture, or `None` if the caller wants to stop.
-    fn render(&mut self, scene: &Arc<Scene>, settings: Settings, step: &str) -> Result<Option<Arc<Frame>>, Error> {
-        let (rays, target) = (rays(&settings), settings.sampling.spp.map_or(1, NonZeroU32::get));
-        let request = Request { scene: Arc::clone(scene), settings };
-        let Self { progress, renderer, tally } = self;
-        let before = tally.done;
-        let mut stopped = false;
-        let frame = renderer.render(&request, &mut |now| {
-            tally.done = before + rays * f64::from(now.spp) / f64::from(target);
-            stopped |= !progress(&tally.at(step, None));
-            !stopped
-        });
-        tally.done = before + rays;
-        // Stopped early, there may be a frame or, before the first pass, an error that says so.
-        if stopped { Ok(None) } else { frame.map(Some) }
-    }
-
-    /// Whether to go on.
-    fn report(&mut self, step: &str, finished: Option<(TutorialRun, Arc<Frame>)>) -> bool {
-        (self.progress)(&self.tally.at(step, finished))
-    }
-}
-
-/// Secondary rays of a picture, as a measure of work.
-fn rays(settings: &Settings) -> f64 {
-    let [width, height] = settings.image.resolution.map(f64::from);
-    width
-        * height
-        * f64::from(settings.sampling.spp.map_or(0, NonZeroU32::get))
-        * f64::from(settings.estimator.strategy.rays_per_sample())
 }

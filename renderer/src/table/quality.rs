@@ -14,9 +14,19 @@ impl Reference {
     /// relMSE of `picture` in each of [`Square::ALL`], against the two halves ([`metrics::Reference::Halves`]): the mean over
     /// its pixels and channels. `None` for a square without pixels.
     pub fn rel_mse(&self, picture: [&[f32]; 3], squares: &[Option<Square>]) -> [Option<f64>; 4] {
+        each_square(squares, |region| self.errors(picture, region))
+    }
+
+    /// Errors of `picture` in a region.
+    pub fn errors(&self, picture: [&[f32]; 3], region: &Region<'_>) -> Errors {
         let [first, second] = self.planes();
-        let reference = metrics::Reference::Halves([&first, &second]);
-        each_square(squares, |region| Errors::of(&picture, &reference, region))
+        Errors::of(&picture, &metrics::Reference::Halves([&first, &second]), region)
+    }
+
+    /// The reference's own relMSE over all pixels.
+    pub fn own(&self) -> Option<f64> {
+        let [first, second] = self.planes();
+        Errors::of_halves([&first, &second], &Region::All).rel_mse()
     }
 
     /// The reference's own relMSE in each square.

@@ -63,14 +63,7 @@ pub(super) fn csv(table: &Table) -> String {
     for row in &table.rows {
         for cell in &row.cells {
             let number = |value: Option<f64>| value.map_or(String::new(), |v| v.to_string());
-            let light = match cell.light {
-                LightSize::Small => "small",
-                LightSize::Large => "large",
-            };
-            let bsdf = match cell.bsdf {
-                LobeWidth::Broad => "broad",
-                LobeWidth::Sharp => "sharp",
-            };
+            let (light, bsdf) = (light_name(cell.light), bsdf_name(cell.bsdf));
             let _ = writeln!(
                 out,
                 "{},{},{},{},{},{},{},{},{},{},{},{light},{bsdf},{},{},{},{},{}",
@@ -97,11 +90,27 @@ pub(super) fn csv(table: &Table) -> String {
 }
 
 /// "0.0123 ± 0.0004", or "(1.23 ± 0.04)e-7": digits down to the second of the error.
-pub(super) fn with_error(value: f64, error: f64) -> String {
+pub(crate) fn with_error(value: f64, error: f64) -> String {
     let exponent = |v: f64| if v == 0.0 { 0 } else { v.abs().log10().floor() as i32 };
     let scale = if (-3..=3).contains(&exponent(value)) { 0 } else { exponent(value) };
     let factor = 10_f64.powi(-scale);
     let decimals = if error > 0.0 { (1 - exponent(error * factor)).clamp(0, 6) as usize } else { 4 };
     let text = format!("{:.decimals$} ± {:.decimals$}", value * factor, error * factor);
     if scale == 0 { text } else { format!("({text})e{scale}") }
+}
+
+/// As it stands in the table's head.
+pub(crate) fn light_name(light: LightSize) -> &'static str {
+    match light {
+        LightSize::Small => "small",
+        LightSize::Large => "large",
+    }
+}
+
+/// As it stands in the table's head.
+pub(crate) fn bsdf_name(bsdf: LobeWidth) -> &'static str {
+    match bsdf {
+        LobeWidth::Broad => "broad",
+        LobeWidth::Sharp => "sharp",
+    }
 }
