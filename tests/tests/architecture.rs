@@ -8,8 +8,20 @@ const KERNEL: &[&str] =
     &["lanes", "request", "sampler", "warp", "bsdf", "geometry", "light", "world", "estimator", "film", "tile"];
 
 /// The renderer's.
-const RENDERER: &[&str] =
-    &["error", "layer", "frame", "engine", "inspect", "pbrt", "snapshot", "metrics", "table", "benchmark"];
+const RENDERER: &[&str] = &[
+    "near",
+    "error",
+    "layer",
+    "frame",
+    "engine",
+    "inspect",
+    "black",
+    "pbrt",
+    "snapshot",
+    "metrics",
+    "table",
+    "benchmark",
+];
 
 /// The app's, from below to above; commands of the command line do without a window, but for what they open.
 const APP: &[&str] = &["look", "state", "picture", "files", "panel", "lab", "layout", "app", "launch", "cli"];
