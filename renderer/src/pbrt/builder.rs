@@ -159,11 +159,11 @@ impl Builder {
     }
 
     /// Any other directive.
-    fn obey(&mut self, d: Directive, log: &mut Log) -> Result<(), Error> {
+    fn obey(&mut self, mut d: Directive, log: &mut Log) -> Result<(), Error> {
         let at = d.at;
         match d.name.as_str() {
             "Identity" | "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform" | "ConcatTransform"
-            | "CoordinateSystem" | "CoordSysTransform" => self.transformation(&d, log),
+            | "CoordinateSystem" | "CoordSysTransform" => self.transformation(&mut d, log),
             "WorldBegin" => {
                 nothing(&d, log);
                 if self.phase != Phase::Header {
@@ -303,10 +303,11 @@ impl Builder {
         Ok(())
     }
 
-    fn transformation(&mut self, d: &Directive, log: &mut Log) -> Result<(), Error> {
+    fn transformation(&mut self, d: &mut Directive, log: &mut Log) -> Result<(), Error> {
         let ctm = self.ctm;
-        let degenerate = |message: &str| log.error(d.at, format!("{}: {message}", d.name));
-        let new = match d.name.as_str() {
+        let (at, name) = (d.at, d.name.clone());
+        let degenerate = |message: &str, log: &Log| log.error(at, format!("{name}: {message}"));
+        let new = match name.as_str() {
             "Identity" => {
                 nothing(d, log);
                 Transform::IDENTITY
@@ -316,14 +317,15 @@ impl Builder {
             "Rotate" => {
                 let [degrees, axis @ ..] = numbers::<4>(d, log)?;
                 let turn = Transform::rotate(degrees, DVec3::from_array(axis));
-                ctm * turn.ok_or_else(|| degenerate("axis 0 0 0, expected a direction"))?
+                ctm * turn.ok_or_else(|| degenerate("axis 0 0 0, expected a direction", log))?
             }
             "LookAt" => {
                 let v = numbers::<9>(d, log)?;
                 let [eye, look, up] = [0, 3, 6].map(|i| DVec3::from_slice(&v[i..i + 3]));
                 let view = Transform::look_at(eye, look, up);
                 ctm * view.ok_or_else(|| {
-                    degenerate("expected eye and target apart, and an up direction not along the line between them")
+                    let expected = "expected eye and target apart, and an up direction not along the line between them";
+                    degenerate(expected, log)
                 })?
             }
             "Transform" => Transform::from_matrix(DMat4::from_cols_array(&numbers(d, log)?)),

@@ -29,6 +29,9 @@ impl Param {
     }
 }
 
+/// What a mesh can do without.
+const DISPENSABLE: [&str; 4] = ["N", "S", "st", "uv"];
+
 /// Most parameters of one directive.
 const MAX_PARAMS: usize = 256;
 
@@ -57,10 +60,16 @@ impl Params {
         let mut items = items.into_iter();
         while let Some(declaration) = items.next() {
             match params.pair(declaration, &mut items, log) {
-                Ok(param) => {
+                Ok((param, None)) => {
                     // As in pbrt, of two equal parameters the last counts.
                     params.list.retain(|p| p.name != param.name);
                     params.list.push(param);
+                }
+                Ok((param, Some(flaw))) => {
+                    if !lenient && !DISPENSABLE.contains(&param.name.as_str()) {
+                        return Err(flaw);
+                    }
+                    log.leave_out(flaw, &format!("{} is left out", shown(&param.name)))?;
                 }
                 Err(e) if lenient => log.leave_out(e, "it is left out")?,
                 Err(e) => return Err(e),
@@ -69,8 +78,13 @@ impl Params {
         Ok(params)
     }
 
-    /// The parameter that is declared, with the value that follows.
-    fn pair(&self, declaration: Item, items: &mut impl Iterator<Item = Item>, log: &Log) -> Result<Param, Error> {
+    /// The parameter that is declared, with the value that follows, and what is wrong with a number of it.
+    fn pair(
+        &self,
+        declaration: Item,
+        items: &mut impl Iterator<Item = Item>,
+        log: &Log,
+    ) -> Result<(Param, Option<Error>), Error> {
         let Self { owner, list, .. } = self;
         let at = declaration.at;
         let text = match &declaration.values {
@@ -85,13 +99,13 @@ impl Params {
             let message = format!("{owner}: found {}, expected a parameter as \"type name\"", shown(text));
             return Err(log.error(at, message));
         };
-        let Some(Item { values, at: values_at }) = items.next() else {
+        let Some(Item { values, at: values_at, flaw }) = items.next() else {
             return Err(log.error(at, format!("{owner}: parameter {} has no value", shown(text))));
         };
         if list.len() >= MAX_PARAMS {
             return Err(log.error(at, format!("{owner}: expected at most {MAX_PARAMS} parameters")));
         }
-        Ok(Param { kind: kind.to_owned(), name: name.to_owned(), at, values, values_at, used: false })
+        Ok((Param { kind: kind.to_owned(), name: name.to_owned(), at, values, values_at, used: false }, flaw))
     }
 
     /// What a lookup found; where wrong parameters are no errors, they are absent.
@@ -404,9 +418,12 @@ pub(super) fn single_name(directive: &Directive, log: &Log) -> Result<String, Er
 }
 
 /// The `N` numbers of a directive such as `Translate`.
-pub(super) fn numbers<const N: usize>(directive: &Directive, log: &Log) -> Result<[f64; N], Error> {
+pub(super) fn numbers<const N: usize>(directive: &mut Directive, log: &Log) -> Result<[f64; N], Error> {
     let mut all = Vec::with_capacity(N);
-    for item in &directive.items {
+    for item in &mut directive.items {
+        if let Some(flaw) = item.flaw.take() {
+            return Err(flaw);
+        }
         match &item.values {
             Values::Numbers(values, _) => all.extend_from_slice(values),
             Values::Empty => {}

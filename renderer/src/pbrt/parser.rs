@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::directives::is_known;
-use super::lexer::{Token, looks_like_number, next_token, number, unquote};
+use super::lexer::{Token, is_no_number, looks_like_number, next_token, number, unquote};
 use super::log::{Log, Pos, shown};
 use crate::error::{Error, Location};
 use crate::near::no_such_file;
@@ -35,6 +35,8 @@ pub(super) struct Item {
     pub values: Values,
     /// The first token of it.
     pub at: Pos,
+    /// A number of it is none or too large; 0 stands in its place.
+    pub flaw: Option<Error>,
 }
 
 /// A directive with everything up to the next one.
@@ -219,6 +221,7 @@ impl Parser {
         let mut start: Option<Pos> = None;
         let mut bracketed = false;
         let mut after_comma = false;
+        let mut flaw = None;
         loop {
             let Some((token, mut span)) = next_token(&text, frame.offset) else {
                 if bracketed && let Some(at) = start {
@@ -251,12 +254,18 @@ impl Parser {
                     push_text(&mut values, content, at, log)?;
                 }
                 Some(Token::Quoted) => break,
-                Some(Token::Word) if looks_like_number(raw) => {
+                Some(Token::Word) if looks_like_number(raw) || is_no_number(raw.trim_end_matches(',')) => {
                     // A comma at the end is the next thing to be read.
                     let word = raw.strip_suffix(',').unwrap_or(raw);
                     span.end = span.start + word.len();
                     let value = number(word, at, log)?;
-                    push_number(&mut values, value, at, log)?;
+                    if value.is_none() && flaw.is_none() {
+                        let most = f32::MAX;
+                        let message =
+                            format!("number {}, expected a finite one of at most {most:e} in size", shown(word));
+                        flaw = Some(log.error(at, message));
+                    }
+                    push_number(&mut values, value.unwrap_or(0.0), at, log)?;
                     after_comma = false;
                 }
                 Some(Token::Word) if matches!(raw, "true" | "false") => {
@@ -284,7 +293,7 @@ impl Parser {
                 break;
             }
         }
-        Ok(start.map(|at| Item { values, at }))
+        Ok(start.map(|at| Item { values, at, flaw }))
     }
 }
 

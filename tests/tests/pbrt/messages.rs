@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{assert_failure, parse, sphere, warnings, world};
+use crate::{assert_failure, assert_left_out, parse, sphere, warnings, world};
 
 #[test]
 fn errors_say_where() {
@@ -16,13 +16,6 @@ fn errors_say_where() {
     assert_failure("Film \"image\" ]", 1, 14, &["\"]\""]);
     assert_failure("Film \"image\" \"integer xresolution\" 8O0", 1, 36, &["8O0", "number"]);
     assert_failure("Translate 1,5 0 0", 1, 11, &["1,5", "number"]);
-    for bad in ["1e999", "-1e39", "3.5e38"] {
-        assert_failure(&format!("Translate 0 {bad} 0"), 1, 13, &[bad, "number"]);
-    }
-    for bad in ["nan", "inf", "infinity"] {
-        assert_failure(&format!("Translate 0 {bad} 0"), 1, 13, &[bad]);
-    }
-    assert_failure("Translate 0 +inf 0", 1, 13, &["+inf", "number"]);
     // Columns count characters, and the first line after a byte order mark starts at 1.
     assert_failure("# äöü\nTransläte 1 2 3", 2, 1, &["Transläte"]);
     assert_failure("\u{feff}mist", 1, 1, &["mist"]);
@@ -55,6 +48,23 @@ fn a_missing_quote_is_reported_where_the_text_begins() {
     );
     assert_eq!((file.scene.camera.fov_deg, file.scene.shapes.len()), (30.0, 1));
     parse("Sampler \"stratified\" \"bool jitter\"true#comment\nCamera \"perspective\"#comment\nWorldBegin WorldEnd");
+}
+
+#[test]
+fn numbers_that_are_none_leave_out_what_they_are_of() {
+    for bad in ["1e999", "-1e39", "3.5e38", "nan", "-nan", "NaN", "inf", "+inf", "-Infinity", "nan(0x1)"] {
+        assert_left_out(&world(&format!("Translate 0 {bad} 0")), 3, 13, &[bad, "number"]);
+        let text = world(&format!("Material \"matte\" \"rgb Kd\" [.1 {bad} .1] Shape \"sphere\""));
+        assert_left_out(&text, 3, 31, &[bad, "\"Kd\" is left out"]);
+        let text = world(&format!("Shape \"sphere\" Shape \"sphere\" \"float radius\" {bad}"));
+        assert_left_out(&text, 3, 46, &[bad]);
+        assert_eq!(parse(&text).scene.shapes.len(), 1, "the rest is there");
+        let mesh = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 0 0 1 0 1 0 0] \"normal N\"";
+        let file = parse(&world(&format!("{mesh} [{bad} 0 0 0 0 0 0 0 0]")));
+        assert_eq!((file.scene.shapes.len(), file.warnings.len()), (1, 1), "a mesh can do without normals");
+        // What is computed is not left to chance.
+        assert_failure(&format!("Camera \"perspective\" \"float fov\" {bad}"), 1, 34, &[bad, "finite"]);
+    }
 }
 
 #[test]
