@@ -352,12 +352,14 @@ fn unusable_arguments_exit_with_2_and_say_what_is_expected() {
 fn failed_runs_exit_with_1_and_say_where() {
     let place = Place::new();
     place.write("text.exr", "not a picture");
-    place.write("bad.pbrt", "WorldBegin\n  Shape \"sphere\" \"float radius\" [-1]\nWorldEnd\n");
+    place.write("bad.pbrt", "Film \"image\"\n  Integrator \"veachMis\"\nWorldBegin\nWorldEnd\n");
     place.write("film.pbrt", &scene_with_header("Film \"image\" \"string filename\" [\"a.pfm\"]"));
     place.write("old.exr", "an older file");
     let before = place.files();
-    let cases: [(&str, &[&str]); 9] = [
-        ("render none.pbrt", &["none.pbrt: cannot read"]),
+    let cases: [(&str, &[&str]); 11] = [
+        ("render none.pbrt", &["none.pbrt: cannot read: no such file in /"]),
+        ("render bat.pbrt", &["bat.pbrt: cannot read", "did you mean \"bad.pbrt\"?"]),
+        ("info txt.exr", &["txt.exr: cannot read", "did you mean \"text.exr\"?"]),
         ("render none.exr", &["none.exr: "]),
         ("render text.exr", &["text.exr: "]),
         ("render bad.pbrt", &["bad.pbrt:2:"]),
@@ -388,6 +390,49 @@ fn what_is_not_understood_is_said_once_and_does_not_stop() {
     ran.expect_code(0).expect_err(&["odd.pbrt:1:1: warning: ", "Frobnicate", "odd.pbrt:2:", "shine"]);
     assert_eq!(ran.err.matches("warning:").count(), 2, "{}", ran.err);
     assert_eq!(place.run("render odd.pbrt --size 8x8 --spp 1 --quiet").err, "");
+}
+
+#[test]
+fn another_programs_integrator_stands_in_the_pictures_name() {
+    let place = Place::new();
+    place.write(
+        "path.pbrt",
+        &scene_with_header("Integrator \"path\"\nFilm \"image\" \"string filename\" [\"veachMIS_L.exr\"]"),
+    );
+    let line = "render path.pbrt --size 8x8 --spp 1";
+    let report = place.json(line);
+    assert_eq!(report["outfile"], "veachMIS_L_mis_all.exr");
+    let warnings = report["warnings"].as_array().expect("a list");
+    assert!(warnings.len() == 1 && warnings[0].as_str().is_some_and(|w| w.contains("path")), "{warnings:?}");
+    // The name says what was used, and whoever gives one is not contradicted.
+    assert_eq!(place.json(&format!("{line} --strategy light"))["outfile"], "veachMIS_L_light.exr");
+    assert_eq!(place.json(&format!("{line} --outfile mine.exr"))["outfile"], "mine.exr");
+}
+
+#[test]
+fn a_black_picture_says_why_even_if_asked_to_be_quiet() {
+    let place = Place::new();
+    let room = "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [-4 -1 9  4 -1 9  0 4 9]";
+    place.write("dark.pbrt", &format!("Camera \"perspective\"\nWorldBegin\nLightSource \"point\"\n{room}\nWorldEnd"));
+    place.write("empty.pbrt", "Camera \"perspective\"\nWorldBegin\nWorldEnd");
+    place.write(
+        "away.pbrt",
+        &format!(
+            "LookAt 0 0 0 0 0 -1 0 1 0 Camera \"perspective\"\nWorldBegin AreaLightSource \"diffuse\"\n{room}\nWorldEnd"
+        ),
+    );
+    for (scene, words) in
+        [("dark", "no area light"), ("empty", "no shapes"), ("away", "nothing of the scene is in view")]
+    {
+        let line = format!("render {scene}.pbrt --size 8x8 --spp 1 --outfile a.exr");
+        let quiet = place.run(&format!("{line} --quiet"));
+        quiet.expect_code(0).expect_err(&["a.exr: warning: no light reaches this picture directly: ", words]);
+        assert_eq!((quiet.err.lines().count(), quiet.out.as_str()), (1, ""), "{}", quiet.err);
+        let report = place.json(&line);
+        let warnings = report["warnings"].as_array().expect("a list");
+        assert!(warnings.iter().any(|w| w.as_str().is_some_and(|w| w.contains(words))), "{warnings:?}");
+    }
+    assert_eq!(place.json("render --size 8x8 --spp 4")["warnings"], serde_json::json!([]));
 }
 
 #[test]

@@ -1,10 +1,13 @@
 //! What can go wrong, said once: where, what was found, what was expected.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mislab_kernel::request::Invalid;
+
+use crate::near::no_such_file;
 
 /// A place in a text file. Lines and columns count from 1; columns count characters.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -74,8 +77,11 @@ impl From<Invalid> for Error {
 }
 
 impl Error {
-    /// An [`Error::Io`] about `path`.
+    /// An [`Error::Io`] about `path`. Of a file to read that is missing it says where it was looked for, and what is
+    /// there of a similar name.
     pub fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
+        let missing = action == "read" && source.kind() == ErrorKind::NotFound;
+        let source = if missing { std::io::Error::new(ErrorKind::NotFound, no_such_file(path)) } else { source };
         Self::Io { path: path.to_owned(), action, source }
     }
 

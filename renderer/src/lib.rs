@@ -3,10 +3,12 @@
 //! What runs once per sample (the estimator, lights, BSDFs, random numbers, intersections) is a crate of its own,
 //! [`kernel`]: start reading at its [`kernel::estimator`]. Here a [`Request`] becomes a stream of [`Frame`]s: [`engine`]
 //! renders in the background, [`frame`] is an immutable snapshot with its [`layer`]s; [`pbrt`] reads scene files,
-//! [`snapshot`] reads and writes EXR files, [`metrics`] and [`table`] measure; [`inspect`] answers in plain floats what happens at one pixel.
+//! [`snapshot`] reads and writes EXR files, [`metrics`] and [`table`] measure; [`inspect`] answers in plain floats what happens at one pixel,
+//! [`black`] why there is nothing to see.
 
 pub mod batch;
 pub mod benchmark;
+pub mod black;
 pub mod convergence;
 pub mod engine;
 pub mod error;
@@ -14,6 +16,7 @@ pub mod frame;
 pub mod inspect;
 pub mod layer;
 pub mod metrics;
+mod near;
 pub mod pbrt;
 pub mod snapshot;
 pub mod table;

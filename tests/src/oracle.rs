@@ -210,7 +210,7 @@ pub struct Lobes {
 #[derive(Debug)]
 enum Fresnel {
     One,
-    Plastic,
+    Dielectric { index: f64 },
     Metal { eta: DVec3, k: DVec3 },
 }
 
@@ -230,14 +230,15 @@ impl Lobes {
                 };
                 Self { ks, alpha: f64::from(*alpha), fresnel, specular_prob: 1.0, ..none }
             }
-            Some(scene::Bsdf::Plastic { kd, ks, alpha }) => {
+            Some(scene::Bsdf::Plastic { kd, ks, alpha, swapped_indices }) => {
                 let (kd, ks) = (kd.as_dvec3(), ks.as_dvec3());
                 let specular_prob = match (kd == DVec3::ZERO, ks == DVec3::ZERO) {
                     (false, false) => 0.5,
                     (true, false) => 1.0,
                     _ => 0.0,
                 };
-                Self { kd, ks, alpha: f64::from(*alpha), fresnel: Fresnel::Plastic, specular_prob }
+                let index = if *swapped_indices { 1.0 / 1.5 } else { 1.5 };
+                Self { kd, ks, alpha: f64::from(*alpha), fresnel: Fresnel::Dielectric { index }, specular_prob }
             }
         }
     }
@@ -260,7 +261,7 @@ impl Lobes {
     fn fresnel(&self, cos: f64) -> DVec3 {
         match self.fresnel {
             Fresnel::One => DVec3::ONE,
-            Fresnel::Plastic => DVec3::splat(fresnel_complex(cos, 1.5, 0.0)),
+            Fresnel::Dielectric { index } => DVec3::splat(fresnel_complex(cos, index, 0.0)),
             Fresnel::Metal { eta, k } => DVec3::new(
                 fresnel_complex(cos, eta.x, k.x),
                 fresnel_complex(cos, eta.y, k.y),

@@ -9,11 +9,13 @@ const KERNEL: &[&str] =
 
 /// The renderer's.
 const RENDERER: &[&str] = &[
+    "near",
     "error",
     "layer",
     "frame",
     "engine",
     "inspect",
+    "black",
     "pbrt",
     "snapshot",
     "metrics",

@@ -205,7 +205,7 @@ fn metal(alpha: f32) -> Bsdf {
 }
 
 fn plastic(alpha: f32) -> Bsdf {
-    Bsdf::Plastic { kd: Vec3::splat(0.4), ks: Vec3::splat(0.5), alpha }
+    Bsdf::Plastic { kd: Vec3::splat(0.4), ks: Vec3::splat(0.5), alpha, swapped_indices: false }
 }
 
 fn bsdf_cases() -> Vec<Case<'static, BsdfPair>> {

@@ -42,7 +42,12 @@ fn scene() -> Scene {
             },
             Material {
                 name: "coat".into(),
-                bsdf: Bsdf::Plastic { kd: Vec3::new(0.07, 0.09, 0.13), ks: Vec3::ONE, alpha: 0.1 },
+                bsdf: Bsdf::Plastic {
+                    kd: Vec3::new(0.07, 0.09, 0.13),
+                    ks: Vec3::ONE,
+                    alpha: 0.1,
+                    swapped_indices: false,
+                },
             },
         ],
         shapes: vec![

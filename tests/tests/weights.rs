@@ -107,7 +107,7 @@ fn weights_of_random_directions_sum_to_one() {
         metal(1e-3),
         metal(0.1),
         metal(1.0),
-        Bsdf::Plastic { kd: Vec3::splat(0.3), ks: Vec3::splat(0.4), alpha: 0.05 },
+        Bsdf::Plastic { kd: Vec3::splat(0.3), ks: Vec3::splat(0.4), alpha: 0.05, swapped_indices: false },
     ];
     let views: Vec<View> = (1..=64).map(many).chain(mixtures()).collect();
     let count = DIRECTIONS.div_ceil((views.len() * materials.len()) as u32).next_multiple_of(PACKET as u32);

@@ -174,7 +174,7 @@ pub(super) struct HowArgs {
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true, value_parser = threads, allow_negative_numbers = true)]
     pub(super) nthreads: usize,
 
-    /// Says nothing but errors
+    /// Says nothing but errors, and why a picture is black
     #[arg(long)]
     pub(super) quiet: bool,
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use mislab_renderer::{Diagnostic, Scene, Settings, pbrt, snapshot};
+use mislab_renderer::{Diagnostic, Scene, Settings, Strategy, pbrt, snapshot};
 
 use super::failure::Failure;
 use super::output;
@@ -12,8 +12,9 @@ use super::output;
 pub(super) struct Input {
     pub(super) scene: Arc<Scene>,
     pub(super) settings: Settings,
-    /// File to save where the command line names none.
-    pub(super) film_filename: String,
+    film_filename: String,
+    /// The scene asks for another program's integrator.
+    foreign: bool,
     /// The scene as the user named it, or "embedded".
     pub(super) source: String,
     warnings: Vec<Diagnostic>,
@@ -29,8 +30,9 @@ impl Input {
             Some(path) => pbrt::load(path)?,
             None => pbrt::embedded_scene(),
         };
-        let pbrt::SceneFile { scene, settings, film_filename, warnings, source } = file;
-        Ok(Self { scene: Arc::new(scene), settings, film_filename, source, warnings })
+        let pbrt::SceneFile { scene, settings, film_filename, foreign_integrator, warnings, source } = file;
+        let foreign = foreign_integrator.is_some();
+        Ok(Self { scene: Arc::new(scene), settings, film_filename, foreign, source, warnings })
     }
 
     /// The state a picture was saved in; its samples per pixel are those it had got.
@@ -42,9 +44,18 @@ impl Input {
             settings: request.settings,
             // Not the name of the picture itself, which may hold hours of work.
             film_filename: format!("{stem}_again.exr"),
+            foreign: false,
             source: path.display().to_string(),
             warnings: Vec::new(),
         })
+    }
+
+    /// File to save a picture by `strategy` in, where the command line names none.
+    pub(super) fn picture_name(&self, strategy: Strategy) -> String {
+        if self.foreign {
+            return pbrt::name_with_strategy(&self.film_filename, strategy);
+        }
+        self.film_filename.clone()
     }
 
     /// Says what in the file was not understood.
@@ -54,5 +65,10 @@ impl Input {
                 output::message(&format!("{location}: warning: {message}"));
             }
         }
+    }
+
+    /// The same, one line each, with the place.
+    pub(super) fn warnings(&self) -> impl Iterator<Item = String> {
+        self.warnings.iter().map(Diagnostic::to_string)
     }
 }

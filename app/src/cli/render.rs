@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use mislab_renderer::black::why_black;
 use mislab_renderer::{
     Estimator, Frame, FrameStats, ImageSettings, PixelRect, Request, SamplerKind, SamplerSettings, Sampling, Scene,
     Settings,
@@ -37,12 +38,15 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
 
     let outfile = match args.outfile {
         Some(file) => file,
-        None => PictureFile::new(input.film_filename.clone().into()).ok_or_else(|| {
-            Failure::Run(format!(
-                "{}: Film's filename is \"{}\", expected a name that ends in .exr or .png; name one with --outfile",
-                input.source, input.film_filename
-            ))
-        })?,
+        None => {
+            let name = input.picture_name(request.settings.estimator.strategy);
+            PictureFile::new(name.clone().into()).ok_or_else(|| {
+                Failure::Run(format!(
+                    "{}: Film's filename is \"{name}\", expected a name that ends in .exr or .png; name one with --outfile",
+                    input.source
+                ))
+            })?
+        }
     };
     outfile.check()?;
     if let Some(json) = &args.json {
@@ -58,13 +62,17 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
     };
     let notice = outfile.save(&frame)?;
     let bias = frame.request().settings.estimator.bias().map(str::to_owned);
-    let report = Report::new(&input, &frame, &outfile);
+    let mut report = Report::new(&input, &frame, &outfile);
+    let about_picture: Vec<String> = notice.into_iter().chain(report.invalid()).chain(bias).collect();
+    let black = why_black(&frame);
+    for warning in about_picture.iter().filter(|_| !args.how.quiet).chain(&black) {
+        // That a picture is black is said even with --quiet: it is not what anybody wants.
+        output::message(&format!("{}: warning: {warning}", outfile.path().display()));
+    }
     if !args.how.quiet {
-        for warning in notice.into_iter().chain(report.warning()).chain(bias) {
-            output::message(&format!("{}: warning: {warning}", outfile.path().display()));
-        }
         output::message(&report.summary());
     }
+    report.warnings.extend(about_picture.into_iter().chain(black));
     args.json.map_or(Ok(()), |json| json.write(&report))
 }
 
@@ -131,6 +139,8 @@ struct Report {
     threads: usize,
     simd: &'static str,
     invalid_samples: u64,
+    /// What is to be known about the scene file and the picture, one sentence each.
+    warnings: Vec<String>,
     version: &'static str,
 }
 
@@ -166,11 +176,12 @@ impl Report {
             threads,
             simd,
             invalid_samples,
+            warnings: input.warnings().collect(),
             version: env!("CARGO_PKG_VERSION"),
         }
     }
 
-    fn warning(&self) -> Option<String> {
+    fn invalid(&self) -> Option<String> {
         (self.invalid_samples > 0)
             .then(|| format!("{} samples were not finite numbers and are left out", self.invalid_samples))
     }

@@ -1,5 +1,6 @@
 //! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
 
+pub mod black;
 pub mod engine;
 pub mod film_texture;
 pub mod interaction;

@@ -3,6 +3,9 @@
 use eframe::egui::{self, Align2, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
 
+use mislab_renderer::Layer;
+
+use crate::picture::black::Black;
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::interaction::{Interaction, Place};
 use crate::picture::legend::legend_overlay;
@@ -30,11 +33,18 @@ pub struct Pane {
     geometry: Option<Geometry>,
     pixel: Option<[u32; 2]>,
     interaction: Interaction,
+    black: Black,
 }
 
 impl Pane {
     fn new(pipeline: Option<FilmPipeline>) -> Self {
-        Self { viewport: Viewport::new(pipeline), geometry: None, pixel: None, interaction: Interaction::default() }
+        Self {
+            viewport: Viewport::new(pipeline),
+            geometry: None,
+            pixel: None,
+            interaction: Interaction::default(),
+            black: Black::default(),
+        }
     }
 
     /// Where the picture lay in the last pass; `None` without a frame.
@@ -73,6 +83,9 @@ impl Pane {
             self.interaction.ui(ui, &place, on.pointed_at, out);
         }
         legend_overlay(ui, rect, layer, &document.view);
+        if layer == Layer::Picture {
+            self.black.overlay(ui, rect, &frame);
+        }
         if let Some(at) = self.pixel {
             Pixel { frame: &frame, at }.overlay(ui, rect, layer);
         }

@@ -33,8 +33,14 @@ pub struct Material {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fresnel {
     One,
+    /// From air into plastic.
     Dielectric,
-    Conductor { eta: Vec3, k: Vec3 },
+    /// From plastic into air, see [`Bsdf::Plastic`].
+    InsideDielectric,
+    Conductor {
+        eta: Vec3,
+        k: Vec3,
+    },
 }
 
 impl Material {
@@ -59,7 +65,10 @@ impl Material {
                     Self { ks: Vec3::ONE, alpha, fresnel: Fresnel::Conductor { eta, k }, ..Self::BLACK }
                 }
             },
-            Bsdf::Plastic { kd, ks, alpha } => Self { kd, ks, alpha, fresnel: Fresnel::Dielectric, ..Self::BLACK },
+            Bsdf::Plastic { kd, ks, alpha, swapped_indices } => {
+                let fresnel = if swapped_indices { Fresnel::InsideDielectric } else { Fresnel::Dielectric };
+                Self { kd, ks, alpha, fresnel, ..Self::BLACK }
+            }
         };
         Self { has_diffuse: built.kd != Vec3::ZERO, has_specular: built.ks != Vec3::ZERO, ..built }
     }
@@ -134,7 +143,8 @@ impl Material {
         let ks = V3::splat(l, self.ks);
         match self.fresnel {
             Fresnel::One => ks,
-            Fresnel::Dielectric => ks * fresnel_dielectric(l, four_cos2.sqrt() * 0.5),
+            Fresnel::Dielectric => ks * fresnel_dielectric(l, four_cos2.sqrt() * 0.5, PLASTIC_IOR),
+            Fresnel::InsideDielectric => ks * fresnel_dielectric(l, four_cos2.sqrt() * 0.5, 1.0 / PLASTIC_IOR),
             Fresnel::Conductor { eta, k } => {
                 let cos = four_cos2.sqrt() * 0.5;
                 ks.times(V3 {
@@ -252,15 +262,16 @@ fn smith<L: Lanes>(l: L, alpha2: f32, cos: L::F) -> L::F {
     (cos * (1.0 - alpha2)).mul_add(cos, l.f(alpha2)).max(l.f(0.0)).sqrt()
 }
 
-/// Unpolarised Fresnel reflectance from air into a dielectric of index 1.5.
+/// Unpolarised Fresnel reflectance of a dielectric whose index is `ior` times that of where the light comes from; 1 where
+/// all of it is reflected (then cos_t is 0).
 #[inline(always)]
-fn fresnel_dielectric<L: Lanes>(l: L, cos: L::F) -> L::F {
+fn fresnel_dielectric<L: Lanes>(l: L, cos: L::F, ior: f32) -> L::F {
     let one = l.f(1.0);
-    let cos = cos.min(one).max(l.f(0.0));
-    let sin2_t = (one - cos * cos) * (1.0 / (PLASTIC_IOR * PLASTIC_IOR));
+    let cos = cos.min(one).max(l.f(f32::MIN_POSITIVE));
+    let sin2_t = (one - cos * cos) * (1.0 / (ior * ior));
     let cos_t = (one - sin2_t).max(l.f(0.0)).sqrt();
-    let parallel = (cos * PLASTIC_IOR - cos_t) / (cos * PLASTIC_IOR + cos_t);
-    let perpendicular = (cos - cos_t * PLASTIC_IOR) / (cos + cos_t * PLASTIC_IOR);
+    let parallel = (cos * ior - cos_t) / (cos * ior + cos_t);
+    let perpendicular = (cos - cos_t * ior) / (cos + cos_t * ior);
     (parallel * parallel + perpendicular * perpendicular) * 0.5
 }
 

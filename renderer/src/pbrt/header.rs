@@ -9,23 +9,56 @@ use mislab_kernel::request::{Heuristic, OneSampleWeights, SamplerKind, SamplerSe
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
 use crate::error::Error;
+use crate::near::near;
+
+/// Of pbrt-v3: image size, and samples per pixel of most samplers.
+const DEFAULT_RESOLUTION: [u32; 2] = [1280, 720];
+const DEFAULT_SPP: u32 = 16;
+
+/// What pbrt-v3 has where the file says nothing: a Film of its size and 16 points of a low discrepancy (Sobol's for its
+/// Halton's). The tutorial's integrator without a Sampler is one of the tutorial's headers: they leave it to the first.
+pub(super) fn defaults(s: &mut Settings, has_film: bool, has_sampler: bool) {
+    if !has_film {
+        s.image.resolution = DEFAULT_RESOLUTION;
+    }
+    if !has_sampler {
+        let strata = SamplerSettings::strata_for(DEFAULT_SPP);
+        s.sampling.sampler = SamplerSettings { kind: SamplerKind::Sobol, strata, jitter: true };
+        s.sampling.spp = NonZeroU32::new(DEFAULT_SPP);
+    }
+}
 
 /// Film as the file has it.
 pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, log: &mut Log) -> Result<String, Error> {
-    if kind != "image" {
+    if matches!(kind, "rgb" | "gbuffer" | "spectral") {
+        log.found_v4();
+        log.warn_dialect(
+            at,
+            format!("Film {} is read as \"image\"", shown(kind)),
+            format!("Film {} as \"image\"", shown(kind)),
+        );
+    } else if kind != "image" {
         log.warn(at, format!("Film {} is read as \"image\"", shown(kind)));
     }
     let filename = params.text("filename", log)?.map_or_else(|| "pbrt.exr".to_owned(), |f| f.value);
     s.image.resolution = [
-        params.integer("xresolution", 1, log)?.map_or(1280, |v| v.value),
-        params.integer("yresolution", 1, log)?.map_or(720, |v| v.value),
+        params.integer("xresolution", 1, log)?.map_or(DEFAULT_RESOLUTION[0], |v| v.value),
+        params.integer("yresolution", 1, log)?.map_or(DEFAULT_RESOLUTION[1], |v| v.value),
     ];
     s.image.crop = [0.0, 1.0, 0.0, 1.0];
     let crop = params.floats::<4>("cropwindow", log)?;
-    if let Some(At { value: [xa, xb, ya, yb], .. }) = crop {
+    if let Some(At { value: [xa, xb, ya, yb], at }) = crop {
         // pbrt sorts and clamps.
         let unit = |v: f64| v.clamp(0.0, 1.0) as f32;
         s.image.crop = [unit(xa.min(xb)), unit(xa.max(xb)), unit(ya.min(yb)), unit(ya.max(yb))];
+        if [xa, xb, ya, yb].iter().any(|v| !(0.0..=1.0).contains(v)) {
+            let [x0, x1, y0, y1] = s.image.crop;
+            let given = format!("cropwindow {xa} {xb} {ya} {yb} reaches out of the image");
+            if x0 == x1 || y0 == y1 {
+                return Err(log.error(at, format!("{given} and holds no pixel of it, expected numbers in [0, 1]")));
+            }
+            log.warn(at, format!("{given}, expected numbers in [0, 1]; it is cut to {x0} {x1} {y0} {y1}"));
+        }
     }
     let place = crop.map(|c| c.at).or(params.position("xresolution")).unwrap_or(at);
     check(s, place, log)?;
@@ -44,56 +77,83 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
         s.sampling.sampler = SamplerSettings { kind: SamplerKind::Stratified, strata, jitter };
         check(s, params.position("xsamples").unwrap_or(at), log)?;
         s.sampling.spp = NonZeroU32::new(strata[0] * strata[1]);
+        params.refuse_near_misses(log)?;
         params.finish(log);
         return Ok(());
     }
     let (sampler, default_spp) = match kind {
         "random" => (SamplerKind::Independent, 4),
-        "sobol" => (SamplerKind::Sobol, 16),
+        "sobol" => (SamplerKind::Sobol, DEFAULT_SPP),
         "halton" | "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             log.warn(at, format!("Sampler {}: Owen-scrambled Sobol points are used instead", shown(kind)));
-            (SamplerKind::Sobol, 16)
+            (SamplerKind::Sobol, DEFAULT_SPP)
+        }
+        "zsobol" | "paddedsobol" | "pmj02bn" => {
+            log.found_v4();
+            let message = format!("Sampler {}: Owen-scrambled Sobol points are used instead", shown(kind));
+            log.warn_dialect(at, message, format!("Sampler {} as sobol", shown(kind)));
+            (SamplerKind::Sobol, DEFAULT_SPP)
+        }
+        "independent" => {
+            log.found_v4();
+            let message = format!("Sampler {} is read as \"random\"", shown(kind));
+            log.warn_dialect(at, message, format!("Sampler {} as random", shown(kind)));
+            (SamplerKind::Independent, DEFAULT_SPP)
         }
         _ => {
             let message =
                 format!("Sampler {}, expected stratified, random or sobol; independent samples are used", shown(kind));
             log.warn(at, message);
-            (SamplerKind::Independent, 16)
+            (SamplerKind::Independent, DEFAULT_SPP)
         }
     };
     let spp = params.integer("pixelsamples", 1, log)?.map_or(default_spp, |v| v.value);
     // The strata count only if the user switches to the stratified sampler.
     s.sampling.sampler = SamplerSettings { kind: sampler, strata: SamplerSettings::strata_for(spp), jitter: true };
     s.sampling.spp = NonZeroU32::new(spp);
+    params.refuse_near_misses(log)?;
     params.finish(log);
     check(s, at, log)
 }
 
-/// The strategy and its parameters.
+/// Integrators that only pbrt-v4 has.
+const OF_V4: [&str; 5] = ["function", "lightpath", "randomwalk", "simplepath", "simplevolpath"];
+
+/// The strategy and its parameters. False if the file asks for the integrator of another program, in whose place one of the
+/// four strategies stands; a name that is nearly ours is an error.
 pub(super) fn integrator(
     kind: &str,
     mut params: Params,
     at: Pos,
     s: &mut Settings,
     log: &mut Log,
-) -> Result<(), Error> {
+) -> Result<bool, Error> {
     let defaults = Settings::default();
     s.estimator.strategy = defaults.estimator.strategy;
     s.estimator.light_prob = defaults.estimator.light_prob;
     s.estimator.heuristic = defaults.estimator.heuristic;
     s.estimator.weights = defaults.estimator.weights;
+    let names = Strategy::ALL.map(Strategy::name);
     if kind != "veachMIS" {
-        let message = format!(
-            "integrator {} is not supported, expected veachMIS; strategy {} is used",
-            shown(kind),
-            s.estimator.strategy.name()
-        );
-        log.warn(at, message);
+        let plain: String = kind.chars().filter(|c| c.is_alphanumeric()).collect();
+        if near(&plain, &["veachMIS"]).is_some() || plain.to_lowercase().contains("veach") {
+            return Err(log.error(at, format!("unknown integrator {}, did you mean \"veachMIS\"?", shown(kind))));
+        }
+        if names.contains(&kind) {
+            let message = format!("unknown integrator {}, did you mean \"veachMIS\"", shown(kind));
+            return Err(log.error(at, format!("{message} with \"string MISstrategy\" \"{kind}\"?")));
+        }
+        if OF_V4.contains(&kind) {
+            log.found_v4();
+        }
+        let used = s.estimator.strategy.name();
+        let message =
+            format!("integrator {} is not supported, expected veachMIS; strategy {used} is used", shown(kind));
+        log.warn_dialect(at, message, format!("Integrator {} as veachMIS with {used}", shown(kind)));
         params.forget();
-        return Ok(());
+        return Ok(false);
     }
     // The tutorial uses both spellings.
-    let names = Strategy::ALL.map(Strategy::name);
     let new = params.choice("MISstrategy", Strategy::from_name, &names, log)?;
     let old = params.choice("sample_method", Strategy::from_name, &names, log)?;
     if let (Some(new), Some(old)) = (&new, &old)
@@ -118,8 +178,9 @@ pub(super) fn integrator(
     if let Some(w) = params.choice("weights", OneSampleWeights::from_name, &names, log)? {
         s.estimator.weights = w.value;
     }
+    params.refuse_near_misses(log)?;
     params.finish(log);
-    check(s, at, log)
+    check(s, at, log).map(|()| true)
 }
 
 /// The filter is a box of one pixel; anything else is said to be so.

@@ -91,22 +91,25 @@ pub(super) fn looks_like_number(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | '\u{2212}' | '\u{2013}'))
 }
 
-/// The number that a word says. Typographic minus signs are read as such, with a warning.
-pub(super) fn number(word: &str, at: Pos, log: &mut Log) -> Result<f64, Error> {
+/// True for what programs write for numbers that are none.
+pub(super) fn is_no_number(word: &str) -> bool {
+    let word = word.trim_start_matches(['+', '-']).to_ascii_lowercase();
+    matches!(word.as_str(), "nan" | "inf" | "infinity") || word.starts_with("nan(")
+}
+
+/// The number that a word says: `None` if that is none or too large to reckon with. Typographic minus signs are read as
+/// such, with a warning. What is no number at all is an error.
+pub(super) fn number(word: &str, at: Pos, log: &mut Log) -> Result<Option<f64>, Error> {
     let mut ascii = Cow::Borrowed(word);
     if word.contains(['\u{2212}', '\u{2013}']) {
         log.warn_once("typographic minus", at, "typographic minus sign or dash, read as -");
         ascii = Cow::Owned(word.replace(['\u{2212}', '\u{2013}'], "-"));
     }
-    // `parse` also takes "inf" and "nan", which the first character rules out.
+    if is_no_number(&ascii) {
+        return Ok(None);
+    }
     match ascii.parse::<f64>() {
-        Ok(v) if looks_like_number(&ascii) => {
-            if v.abs() <= f64::from(f32::MAX) {
-                Ok(v)
-            } else {
-                Err(log.error(at, format!("number {}, expected at most {:e} in size", shown(word), f32::MAX)))
-            }
-        }
-        _ => Err(log.error(at, format!("found {}, expected a number", shown(word)))),
+        Ok(v) => Ok(Some(v).filter(|v| v.abs() <= f64::from(f32::MAX))),
+        Err(_) => Err(log.error(at, format!("found {}, expected a number", shown(word)))),
     }
 }

@@ -1,5 +1,6 @@
 //! Where things stand in the scene files, and what is to be said about them.
 
+use std::cell::Cell;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -17,14 +18,36 @@ pub(super) struct Pos {
 struct Source {
     name: Arc<str>,
     text: Arc<str>,
+    /// The last place asked for: most are asked for in the order of the file, which may be long.
+    last: Cell<Mark>,
+}
+
+/// A line and column, from 1, and where they are.
+#[derive(Clone, Copy)]
+struct Mark {
+    offset: usize,
+    line: u32,
+    column: u32,
+}
+
+impl Mark {
+    const START: Self = Self { offset: 0, line: 1, column: 1 };
+}
+
+struct Warning {
+    diagnostic: Diagnostic,
+    /// What it says about a file of pbrt-v4, see [`Log::warn_dialect`].
+    dialect: Option<String>,
 }
 
 /// All texts read so far and all warnings given so far.
 #[derive(Default)]
 pub(super) struct Log {
     sources: Vec<Source>,
-    warnings: Vec<Diagnostic>,
+    warnings: Vec<Warning>,
     said: HashSet<String>,
+    /// Something was found that only files of pbrt-v4 have.
+    is_v4: bool,
 }
 
 impl Log {
@@ -33,19 +56,25 @@ impl Log {
 
     /// Registers a text, so that positions in it can be named.
     pub fn add_source(&mut self, name: &str, text: Arc<str>) -> u32 {
-        self.sources.push(Source { name: Arc::from(name), text });
+        self.sources.push(Source { name: Arc::from(name), text, last: Cell::new(Mark::START) });
         (self.sources.len() - 1) as u32
     }
 
     /// File, line and column of a position. A tab is one column, CRLF one line end.
     pub fn locate(&self, pos: Pos) -> Location {
         let source = &self.sources[pos.source as usize];
-        let before = source.text.get(..pos.offset as usize).unwrap_or(&source.text);
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        let line = before.bytes().filter(|&b| b == b'\n').count() as u32 + 1;
-        // A byte order mark is not a column.
-        let column = before[line_start..].chars().filter(|&c| c != '\u{feff}').count() as u32 + 1;
-        Location { file: source.name.clone(), line, column }
+        let offset = pos.offset as usize;
+        let mut mark = Some(source.last.get()).filter(|last| last.offset <= offset).unwrap_or(Mark::START);
+        for c in source.text.get(mark.offset..offset).unwrap_or_default().chars() {
+            if c == '\n' {
+                mark = Mark { line: mark.line + 1, column: 1, ..mark };
+            } else if c != '\u{feff}' {
+                // A byte order mark is not a column.
+                mark.column += 1;
+            }
+        }
+        source.last.set(Mark { offset, ..mark });
+        Location { file: source.name.clone(), line: mark.line, column: mark.column }
     }
 
     /// An error at a position.
@@ -60,16 +89,10 @@ impl Log {
 
     /// Warns unless something with the same key was said before.
     pub fn warn_once(&mut self, key: &str, pos: Pos, message: impl Into<String>) {
-        if self.has_said(key) {
-            return;
+        if !self.has_said(key) {
+            let location = self.locate(pos);
+            self.push(key, Diagnostic { location, message: message.into() }, None);
         }
-        let message = if self.warnings.len() == Self::MAX_WARNINGS {
-            "more warnings are left out".to_owned()
-        } else {
-            self.said.insert(key.to_owned());
-            message.into()
-        };
-        self.warnings.push(Diagnostic { location: self.locate(pos), message });
     }
 
     /// Warns unless the same was said before.
@@ -78,9 +101,54 @@ impl Log {
         self.warn_once(&message.clone(), pos, message);
     }
 
+    /// Warns of what is wrong with one item of the scene, and says what happens `instead` of refusing the scene. What is
+    /// no matter of a place in the scene is still an error.
+    pub fn leave_out(&mut self, error: Error, instead: &str) -> Result<(), Error> {
+        let Error::Scene(Diagnostic { location, message }) = error else { return Err(error) };
+        let message = format!("{message}; {instead}");
+        if !self.has_said(&message) {
+            self.push(&message.clone(), Diagnostic { location, message }, None);
+        }
+        Ok(())
+    }
+
+    /// Warns of something that other versions of pbrt have and pbrt-v3 has not. In a file of pbrt-v4 all of these make one
+    /// warning, in which this is called `short`.
+    pub fn warn_dialect(&mut self, pos: Pos, message: impl Into<String>, short: impl Into<String>) {
+        let message = message.into();
+        if !self.has_said(&message) {
+            let location = self.locate(pos);
+            self.push(&message.clone(), Diagnostic { location, message }, Some(short.into()));
+        }
+    }
+
+    /// Notes that the file is one of pbrt-v4.
+    pub fn found_v4(&mut self) {
+        self.is_v4 = true;
+    }
+
+    fn push(&mut self, key: &str, mut diagnostic: Diagnostic, dialect: Option<String>) {
+        if self.warnings.len() == Self::MAX_WARNINGS {
+            "more warnings are left out".clone_into(&mut diagnostic.message);
+        } else {
+            self.said.insert(key.to_owned());
+        }
+        self.warnings.push(Warning { diagnostic, dialect });
+    }
+
     /// The warnings, in the order given.
-    pub fn into_warnings(self) -> Vec<Diagnostic> {
-        self.warnings
+    pub fn into_warnings(mut self) -> Vec<Diagnostic> {
+        if self.is_v4 {
+            let differences: Vec<String> = self.warnings.iter().filter_map(|w| w.dialect.clone()).collect();
+            let message =
+                format!("a file of pbrt-v4, read with these differences as pbrt-v3: {}", differences.join(", "));
+            if let Some(first) = self.warnings.iter_mut().find(|w| w.dialect.is_some()) {
+                first.diagnostic.message = message;
+                first.dialect = None;
+            }
+            self.warnings.retain(|w| w.dialect.is_none());
+        }
+        self.warnings.into_iter().map(|w| w.diagnostic).collect()
     }
 }
 
@@ -103,35 +171,4 @@ pub(super) fn shown(text: &str) -> String {
     }
     out.push('"');
     out
-}
-
-/// ` (did you mean "x"?)` for the candidate that differs from `word` by case or at most two letters, else nothing.
-pub(super) fn suggestion(word: &str, candidates: &[&str]) -> String {
-    if word.len() > 40 {
-        return String::new();
-    }
-    let lower = word.to_lowercase();
-    let allowed = if word.len() < 5 { 1 } else { 2 };
-    candidates
-        .iter()
-        .map(|c| (edit_distance(&lower, &c.to_lowercase()), c))
-        .filter(|(d, _)| *d <= allowed)
-        .min_by_key(|(d, _)| *d)
-        .map_or_else(String::new, |(_, c)| format!(" (did you mean \"{c}\"?)"))
-}
-
-/// Levenshtein distance, one row at a time.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }

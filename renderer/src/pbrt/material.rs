@@ -8,6 +8,7 @@ use mislab_kernel::request::scene::{Bsdf, Material, Reflectance};
 use super::log::{Log, Pos, shown};
 use super::params::{At, Params};
 use crate::error::Error;
+use crate::near::suggestion;
 
 /// What pbrt uses where no material is given.
 const DEFAULT_MATTE: Bsdf = Bsdf::Matte { kd: Vec3::splat(0.5) };
@@ -18,6 +19,18 @@ const COPPER_K: Vec3 = Vec3::new(3.912_949, 2.452_848, 2.142_188);
 
 /// The largest index of a metal: beyond it the fourth powers in Fresnel's equations lose all meaning.
 const MAX_INDEX: f32 = 1e6;
+
+/// Materials of pbrt-v4 that have no counterpart here.
+const OF_V4: [&str; 8] = [
+    "coatedconductor",
+    "conductor",
+    "dielectric",
+    "diffusetransmission",
+    "interface",
+    "measured",
+    "principled",
+    "thindielectric",
+];
 
 struct Definition {
     name: Option<String>,
@@ -70,17 +83,15 @@ impl Materials {
         })
     }
 
-    /// Marks what the surface of a shape is made of. `current` is what the graphics state names.
-    pub fn use_for_shape(&mut self, current: Option<usize>) -> usize {
+    /// Marks what a shape is made of: what the graphics state names or, as in pbrt, grey. `None` for a black light, whose
+    /// surface only emits.
+    pub fn use_for_shape(&mut self, current: Option<usize>, is_light: bool) -> Option<usize> {
         let index = current.unwrap_or_else(|| self.define_unnamed(DEFAULT_MATTE));
+        if is_light && self.definitions[index].bsdf == (Bsdf::Matte { kd: Vec3::ZERO }) {
+            return None;
+        }
         self.definitions[index].used = true;
-        index
-    }
-
-    /// As [`Self::use_for_shape`] for the surface of a light, which is black unless the file says otherwise.
-    pub fn use_for_light(&mut self, current: Option<usize>) -> Option<usize> {
-        let index = current.filter(|&i| self.definitions[i].bsdf != Bsdf::Matte { kd: Vec3::ZERO })?;
-        Some(self.use_for_shape(Some(index)))
+        Some(index)
     }
 
     /// The materials in use, in the order of their definitions and with unique names, and the new
@@ -132,11 +143,12 @@ pub(super) fn read_bsdf(kind: &str, mut params: Params, at: Pos, log: &mut Log) 
             alpha: 0.0,
         },
         "metal" => {
-            let mut index = |name, default| match params.rgb(name, log)? {
-                Some(At { value, at }) if value.max_element() > MAX_INDEX => {
-                    Err(log.error(at, format!("metal: \"{name}\" is {value}, expected at most {MAX_INDEX:e}")))
+            let mut index = |name, default| -> Result<Vec3, Error> {
+                let Some(At { value, at }) = params.rgb(name, log)? else { return Ok(default) };
+                if value.max_element() > MAX_INDEX {
+                    log.warn(at, format!("metal: \"{name}\" is {value}, cut to {MAX_INDEX:e}"));
                 }
-                given => Ok(given.map_or(default, |v| v.value)),
+                Ok(value.min(Vec3::splat(MAX_INDEX)))
             };
             let (eta, k) = (index("eta", COPPER_ETA)?, index("k", COPPER_K)?);
             Bsdf::Conductor {
@@ -148,19 +160,53 @@ pub(super) fn read_bsdf(kind: &str, mut params: Params, at: Pos, log: &mut Log) 
             kd: params.reflectance("Kd", Vec3::splat(0.25), log)?,
             ks: params.reflectance("Ks", Vec3::splat(0.25), log)?,
             alpha: read_alpha(&mut params, 0.1, at, log)?,
+            swapped_indices: swapped_indices(&mut params, at, log)?,
         },
-        _ => {
-            let message = format!(
-                "material {} is not supported, expected matte, mirror, metal or plastic; matte 0.5 is used",
-                shown(kind)
-            );
-            log.warn_once(&format!("material {kind}"), at, message);
+        "diffuse" | "coateddiffuse" => {
+            let short = format!("material {} as matte", shown(kind));
+            log.found_v4();
+            log.warn_dialect(at, format!("material {} is pbrt-v4's, matte is used", shown(kind)), short);
+            Bsdf::Matte { kd: params.reflectance("reflectance", Vec3::splat(0.5), log)? }
+        }
+        _ if OF_V4.contains(&kind) => {
+            let short = format!("material {} as matte 0.5", shown(kind));
+            log.found_v4();
+            log.warn_dialect(at, format!("material {} is pbrt-v4's, matte 0.5 is used", shown(kind)), short);
             params.forget();
             return Ok(DEFAULT_MATTE);
+        }
+        _ => {
+            // Most of pbrt's have a diffuse part of that name, and pbrt reads names it does not know as matte.
+            let kd = params.reflectance("Kd", Vec3::splat(0.5), log)?;
+            let guess = suggestion(kind, &["matte", "mirror", "metal", "plastic"]);
+            let expected = "expected matte, mirror, metal or plastic";
+            let message =
+                format!("material {} is not supported, {expected}{guess}; matte {} is used", shown(kind), triple(kd));
+            log.warn_once(&format!("material {kind}"), at, message);
+            params.forget();
+            return Ok(Bsdf::Matte { kd });
         }
     };
     params.finish(log);
     Ok(bsdf)
+}
+
+/// A colour in a message: one number if its channels are equal.
+fn triple(v: Vec3) -> String {
+    if v == Vec3::splat(v.x) { v.x.to_string() } else { format!("{} {} {}", v.x, v.y, v.z) }
+}
+
+/// Whether plastic's coat reflects as in pbrt-v3, whose source hands the two indices of refraction over in the wrong order:
+/// there light from the air is reflected as if it came from inside of the plastic, wholly beyond 42 degrees. The book's
+/// order is the default; a file that does not say which it means is told.
+fn swapped_indices(params: &mut Params, at: Pos, log: &mut Log) -> Result<bool, Error> {
+    if let Some(swapped) = params.boolean("pbrtfresnel", log)? {
+        return Ok(swapped);
+    }
+    let message = "plastic: pbrt-v3 has the coat's two indices of refraction swapped and reflects more than here; \
+                   \"bool pbrtfresnel\" \"true\" gives its value, \"false\" the book's without this remark";
+    log.warn_once("plastic", at, message);
+    Ok(false)
 }
 
 /// The GGX width from `roughness`, `uroughness`, `vroughness` and `remaproughness`.
@@ -169,7 +215,8 @@ fn read_alpha(params: &mut Params, default: f64, at: Pos, log: &mut Log) -> Resu
     let mut value = |name, default| -> Result<f64, Error> {
         let Some(At { value, at }) = params.float(name, log)? else { return Ok(default) };
         if value < 0.0 {
-            return Err(log.error(at, format!("{name} {value}, expected a number of at least 0")));
+            log.warn(at, format!("{name} {value}, expected a number of at least 0; {default} is used"));
+            return Ok(default);
         }
         Ok(value)
     };

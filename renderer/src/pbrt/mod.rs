@@ -5,11 +5,13 @@
 //! graphics state, with `header` (camera, film, sampler, integrator), `material` and `shape` beside
 //! it. `log` collects warnings and knows where everything stands.
 //!
-//! What pbrt-v3 would do is the rule. Where it would go on silently with something the author did not
-//! mean (a parameter of the wrong type, an unmatched `AttributeEnd`), this reader stops and says where.
+//! What pbrt-v3 would do is the rule. What cannot be read of the scene is left out by itself and named in a warning, the
+//! rest renders; but this reader stops and says where if what is computed would be another thing than its name says (a
+//! wrong image size, a misspelt integrator), and where it cannot tell what is text and what is not.
 //! Nothing recurses on the input, sizes are checked before memory is asked for, and no input panics.
 
 mod builder;
+mod directives;
 mod header;
 mod lexer;
 mod limits;
@@ -24,8 +26,8 @@ mod transform;
 use std::path::Path;
 use std::sync::Arc;
 
-use mislab_kernel::request::Settings;
 use mislab_kernel::request::scene::Scene;
+use mislab_kernel::request::{Settings, Strategy};
 
 use self::builder::Builder;
 use self::log::Log;
@@ -43,23 +45,32 @@ pub const PLASTIC_SCENE: &str = include_str!("../../../assets/veach_mis_plastic.
 pub struct SceneFile {
     /// Camera, materials and shapes, all in world space.
     pub scene: Scene,
-    /// Strategy, samples and image as the file has them. A directive that is absent leaves
-    /// [`Settings::default`]; a parameter that is absent from a directive has pbrt-v3's default.
+    /// Strategy, samples and image as the file has them; where it says nothing, as pbrt-v3 has them. A file without a
+    /// strategy has that of [`Settings::default`], one with the tutorial's integrator and without a sampler its samples.
     pub settings: Settings,
     /// The Film's `filename`; "pbrt.exr", as in pbrt, if the file names none.
     pub film_filename: String,
+    /// The file asks for this integrator of another program, in whose place one of the four strategies stands.
+    pub foreign_integrator: Option<String>,
     /// What was not understood or is not used, each said once, in the order of the file.
     pub warnings: Vec<Diagnostic>,
     /// The file as the user named it, or "embedded".
     pub source: String,
 }
 
+/// A file name with the strategy in it, `a.exr` as `a_mis_all.exr`: for pictures of scenes that ask for another program's
+/// integrator ([`SceneFile::foreign_integrator`]), so that they are not taken for what they are not.
+pub fn name_with_strategy(filename: &str, strategy: Strategy) -> String {
+    let (stem, extension) = filename.rfind('.').map_or((filename, ""), |dot| filename.split_at(dot));
+    format!("{stem}_{}{extension}", strategy.name())
+}
+
 /// Reads a scene file.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::File`] if it is not a scene file at all,
-/// [`Error::Scene`] with file, line and column if something in it (or in a file that it includes)
-/// is wrong.
+/// [`Error::Scene`] with file, line and column if it (or a file that it includes) cannot be told apart into directives, or if
+/// one that says what is computed is wrong.
 pub fn load(path: &Path) -> Result<SceneFile, Error> {
     let mut log = Log::default();
     let name = path.display().to_string();

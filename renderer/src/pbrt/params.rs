@@ -2,9 +2,11 @@
 
 use glam::{DVec3, Vec3};
 
-use super::log::{Log, Pos, shown, suggestion};
+use super::directives::SETTINGS;
+use super::log::{Log, Pos, shown};
 use super::parser::{Directive, Item, Values};
 use crate::error::Error;
+use crate::near::{near_or_part, suggestion};
 
 struct Param {
     kind: String,
@@ -27,6 +29,9 @@ impl Param {
     }
 }
 
+/// What a mesh can do without.
+const DISPENSABLE: [&str; 4] = ["N", "S", "st", "uv"];
+
 /// Most parameters of one directive.
 const MAX_PARAMS: usize = 256;
 
@@ -37,6 +42,8 @@ pub(super) struct Params {
     owner: String,
     list: Vec<Param>,
     asked: Vec<&'static str>,
+    /// A wrong parameter is warned about and absent, instead of an error.
+    lenient: bool,
 }
 
 /// A value and where it stands.
@@ -48,34 +55,65 @@ pub(super) struct At<T> {
 
 impl Params {
     /// Pairs declarations with values. `items` are those after the name(s) of the directive.
-    pub fn new(owner: String, items: Vec<Item>, log: &Log) -> Result<Self, Error> {
-        let mut list: Vec<Param> = Vec::new();
+    fn new(owner: String, items: Vec<Item>, lenient: bool, log: &mut Log) -> Result<Self, Error> {
+        let mut params = Self { owner, list: Vec::new(), asked: Vec::new(), lenient };
         let mut items = items.into_iter();
         while let Some(declaration) = items.next() {
-            let at = declaration.at;
-            let text = match &declaration.values {
-                Values::Texts(texts) if texts.len() == 1 => &texts[0].0,
-                _ => {
-                    let message = format!("{owner}: values without a parameter, expected \"type name\" before them");
-                    return Err(log.error(at, message));
+            match params.pair(declaration, &mut items, log) {
+                Ok((param, None)) => {
+                    // As in pbrt, of two equal parameters the last counts.
+                    params.list.retain(|p| p.name != param.name);
+                    params.list.push(param);
                 }
-            };
-            let words: Vec<&str> = text.split_whitespace().collect();
-            let [kind, name] = words[..] else {
-                let message = format!("{owner}: found {}, expected a parameter as \"type name\"", shown(text));
-                return Err(log.error(at, message));
-            };
-            let Some(Item { values, at: values_at }) = items.next() else {
-                return Err(log.error(at, format!("{owner}: parameter {} has no value", shown(text))));
-            };
-            if list.len() >= MAX_PARAMS {
-                return Err(log.error(at, format!("{owner}: expected at most {MAX_PARAMS} parameters")));
+                Ok((param, Some(flaw))) => {
+                    if !lenient && !DISPENSABLE.contains(&param.name.as_str()) {
+                        return Err(flaw);
+                    }
+                    log.leave_out(flaw, &format!("{} is left out", shown(&param.name)))?;
+                }
+                Err(e) if lenient => log.leave_out(e, "it is left out")?,
+                Err(e) => return Err(e),
             }
-            // As in pbrt, of two equal parameters the last counts.
-            list.retain(|p| p.name != name);
-            list.push(Param { kind: kind.to_owned(), name: name.to_owned(), at, values, values_at, used: false });
         }
-        Ok(Self { owner, list, asked: Vec::new() })
+        Ok(params)
+    }
+
+    /// The parameter that is declared, with the value that follows, and what is wrong with a number of it.
+    fn pair(
+        &self,
+        declaration: Item,
+        items: &mut impl Iterator<Item = Item>,
+        log: &Log,
+    ) -> Result<(Param, Option<Error>), Error> {
+        let Self { owner, list, .. } = self;
+        let at = declaration.at;
+        let text = match &declaration.values {
+            Values::Texts(texts) if texts.len() == 1 => &texts[0].0,
+            _ => {
+                let message = format!("{owner}: values without a parameter, expected \"type name\" before them");
+                return Err(log.error(at, message));
+            }
+        };
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let [kind, name] = words[..] else {
+            let message = format!("{owner}: found {}, expected a parameter as \"type name\"", shown(text));
+            return Err(log.error(at, message));
+        };
+        let Some(Item { values, at: values_at, flaw }) = items.next() else {
+            return Err(log.error(at, format!("{owner}: parameter {} has no value", shown(text))));
+        };
+        if list.len() >= MAX_PARAMS {
+            return Err(log.error(at, format!("{owner}: expected at most {MAX_PARAMS} parameters")));
+        }
+        Ok((Param { kind: kind.to_owned(), name: name.to_owned(), at, values, values_at, used: false }, flaw))
+    }
+
+    /// What a lookup found; where wrong parameters are no errors, they are absent.
+    fn settle<T>(&self, found: Result<Option<T>, Error>, log: &mut Log) -> Result<Option<T>, Error> {
+        match found {
+            Err(e) if self.lenient => log.leave_out(e, "the default is used").map(|()| None),
+            found => found,
+        }
     }
 
     /// Where the parameter is declared, if it is there.
@@ -83,9 +121,27 @@ impl Params {
         self.list.iter().find(|p| p.name == name).map(|p| p.at)
     }
 
+    /// The type that the parameter is declared with, if it is there.
+    pub fn kind(&self, name: &str) -> Option<&str> {
+        self.list.iter().find(|p| p.name == name).map(|p| p.kind.as_str())
+    }
+
     /// Marks every parameter as known, when the directive as a whole has been warned about.
     pub fn forget(mut self) {
         self.list.clear();
+    }
+
+    /// An error if the name of a parameter that nothing asked for is nearly that of one that was asked for: to render
+    /// without it would give another picture than the one that is meant.
+    pub fn refuse_near_misses(&self, log: &Log) -> Result<(), Error> {
+        for p in self.list.iter().filter(|p| !p.used) {
+            if let Some(meant) = near_or_part(&p.name, &self.asked) {
+                let message =
+                    format!("{}: unknown parameter {}, did you mean \"{meant}\"?", self.owner, shown(&p.name));
+                return Err(log.error(p.at, message));
+            }
+        }
+        Ok(())
     }
 
     /// Warns about each parameter that nothing asked for, once per kind of directive.
@@ -93,7 +149,10 @@ impl Params {
         for p in self.list.iter().filter(|p| !p.used) {
             let key = format!("unused {} {}", self.owner, p.name);
             if !log.has_said(&key) {
-                let guess = suggestion(&p.name, &self.asked);
+                // Not one that is there already.
+                let given = |name: &str| self.list.iter().any(|p| p.name == name);
+                let candidates: Vec<&str> = self.asked.iter().copied().filter(|name| !given(name)).collect();
+                let guess = suggestion(&p.name, &candidates);
                 let message = format!("{}: parameter {} is not used{guess}", self.owner, shown(&p.name));
                 log.warn_once(&key, p.at, message);
             }
@@ -154,6 +213,15 @@ impl Params {
 
     /// `"float name"` with exactly `N` values.
     pub fn floats<const N: usize>(&mut self, name: &'static str, log: &mut Log) -> Result<Option<At<[f64; N]>>, Error> {
+        let found = self.strict_floats(name, log);
+        self.settle(found, log)
+    }
+
+    fn strict_floats<const N: usize>(
+        &mut self,
+        name: &'static str,
+        log: &mut Log,
+    ) -> Result<Option<At<[f64; N]>>, Error> {
         let owner = self.owner.clone();
         let Some(p) = self.find_plain(name, &["float"], log)? else { return Ok(None) };
         Ok(Some(At { value: Self::exactly::<N>(p, &owner, log)?, at: p.first_value_at() }))
@@ -164,7 +232,11 @@ impl Params {
         let owner = self.owner.clone();
         let Some(p) = self.find(name, &["integer"], log)? else { return Ok(None) };
         let [v] = Self::exactly::<1>(p, &owner, log)?;
-        if v.fract() != 0.0 || v < f64::from(min) || v > f64::from(i32::MAX) {
+        if v > f64::from(i32::MAX) {
+            let message = format!("{owner}: \"{name}\" is {v}, expected at most {}", i32::MAX);
+            return Err(log.error(p.first_value_at(), message));
+        }
+        if v.fract() != 0.0 || v < f64::from(min) {
             let message = format!("{owner}: \"{name}\" is {v}, expected a whole number of at least {min}");
             return Err(log.error(p.first_value_at(), message));
         }
@@ -198,6 +270,21 @@ impl Params {
         if !values.len().is_multiple_of(3) {
             let message = format!("{owner}: {} values of \"{name}\", expected three for each point", values.len());
             return Err(log.error(p.values_at, message));
+        }
+        Ok(Some(values.chunks_exact(3).map(DVec3::from_slice).collect()))
+    }
+
+    /// `"normal name"`: one for each of `count` vertices; absent, with a warning, if they are of another number.
+    pub fn normals(&mut self, name: &'static str, count: usize, log: &mut Log) -> Result<Option<Vec<DVec3>>, Error> {
+        let owner = self.owner.clone();
+        let Some(p) = self.find(name, &["normal", "normal3"], log)? else { return Ok(None) };
+        let (values, _) = Self::numbers(p, &owner, log)?;
+        if values.len() != 3 * count {
+            let found = values.len();
+            let message = format!("{owner}: {found} values of \"{name}\" for {count} vertices, expected three each");
+            let at = p.values_at;
+            log.warn(at, format!("{message}; the order of the vertices decides which side is in front"));
+            return Ok(None);
         }
         Ok(Some(values.chunks_exact(3).map(DVec3::from_slice).collect()))
     }
@@ -240,7 +327,12 @@ impl Params {
     }
 
     /// `"bool name"`.
-    pub fn boolean(&mut self, name: &'static str, log: &Log) -> Result<Option<bool>, Error> {
+    pub fn boolean(&mut self, name: &'static str, log: &mut Log) -> Result<Option<bool>, Error> {
+        let found = self.strict_boolean(name, log);
+        self.settle(found, log)
+    }
+
+    fn strict_boolean(&mut self, name: &'static str, log: &Log) -> Result<Option<bool>, Error> {
         let owner = self.owner.clone();
         let Some(p) = self.find(name, &["bool"], log)? else { return Ok(None) };
         let found = match &p.values {
@@ -258,6 +350,11 @@ impl Params {
 
     /// `"rgb name"` or one of its other spellings, not negative.
     pub fn rgb(&mut self, name: &'static str, log: &mut Log) -> Result<Option<At<Vec3>>, Error> {
+        let found = self.strict_rgb(name, log);
+        self.settle(found, log)
+    }
+
+    fn strict_rgb(&mut self, name: &'static str, log: &mut Log) -> Result<Option<At<Vec3>>, Error> {
         let owner = self.owner.clone();
         let Some(p) = self.find_plain(name, &["rgb", "color", "xyz"], log)? else { return Ok(None) };
         let mut value = DVec3::from_array(Self::exactly::<3>(p, &owner, log)?);
@@ -297,8 +394,9 @@ fn rgb_from_xyz(xyz: DVec3) -> DVec3 {
     )
 }
 
-/// Splits a directive such as `Film "image" ...` into its type and parameters.
-pub(super) fn named(directive: Directive, log: &Log) -> Result<(String, Params), Error> {
+/// Splits a directive such as `Film "image" ...` into its type and parameters. Wrong parameters are errors in
+/// [`SETTINGS`], and in a shape, which is nothing without them.
+pub(super) fn named(directive: Directive, log: &mut Log) -> Result<(String, Params), Error> {
     let Directive { name, at, items, .. } = directive;
     let mut items = items.into_iter();
     let kind = match items.next().map(|i| i.values) {
@@ -306,7 +404,8 @@ pub(super) fn named(directive: Directive, log: &Log) -> Result<(String, Params),
         _ => return Err(log.error(at, format!("{name} without a type or name, expected a text in quotes after it"))),
     };
     let owner = format!("{name} {}", shown(&kind));
-    let params = Params::new(owner, items.collect(), log)?;
+    let lenient = name != "Shape" && !SETTINGS.contains(&name.as_str());
+    let params = Params::new(owner, items.collect(), lenient, log)?;
     Ok((kind, params))
 }
 
@@ -319,9 +418,12 @@ pub(super) fn single_name(directive: &Directive, log: &Log) -> Result<String, Er
 }
 
 /// The `N` numbers of a directive such as `Translate`.
-pub(super) fn numbers<const N: usize>(directive: &Directive, log: &Log) -> Result<[f64; N], Error> {
+pub(super) fn numbers<const N: usize>(directive: &mut Directive, log: &Log) -> Result<[f64; N], Error> {
     let mut all = Vec::with_capacity(N);
-    for item in &directive.items {
+    for item in &mut directive.items {
+        if let Some(flaw) = item.flaw.take() {
+            return Err(flaw);
+        }
         match &item.values {
             Values::Numbers(values, _) => all.extend_from_slice(values),
             Values::Empty => {}
@@ -338,9 +440,8 @@ pub(super) fn numbers<const N: usize>(directive: &Directive, log: &Log) -> Resul
 }
 
 /// Nothing may follow a directive such as `AttributeBegin`.
-pub(super) fn nothing(directive: &Directive, log: &Log) -> Result<(), Error> {
-    match directive.items.first() {
-        None => Ok(()),
-        Some(item) => Err(log.error(item.at, format!("found values after {}, expected none", directive.name))),
+pub(super) fn nothing(directive: &Directive, log: &mut Log) {
+    if let Some(item) = directive.items.first() {
+        log.warn(item.at, format!("found values after {}, expected none; they are left out", directive.name));
     }
 }

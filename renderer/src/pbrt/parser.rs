@@ -5,9 +5,11 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::lexer::{Token, looks_like_number, next_token, number, unquote};
+use super::directives::is_known;
+use super::lexer::{Token, is_no_number, looks_like_number, next_token, number, unquote};
 use super::log::{Log, Pos, shown};
-use crate::error::Error;
+use crate::error::{Error, Location};
+use crate::near::no_such_file;
 
 /// Most bytes of scene text, all included files together.
 const MAX_TEXT_BYTES: u64 = 64 << 20;
@@ -33,6 +35,8 @@ pub(super) struct Item {
     pub values: Values,
     /// The first token of it.
     pub at: Pos,
+    /// A number of it is none or too large; 0 stands in its place.
+    pub flaw: Option<Error>,
 }
 
 /// A directive with everything up to the next one.
@@ -64,7 +68,11 @@ impl Folders {
             return Ok(path);
         }
         let in_main = main.join(name);
-        if in_main.exists() { Ok(in_main) } else { Err(format!("cannot read {}: no such file", path.display())) }
+        if in_main.exists() {
+            return Ok(in_main);
+        }
+        let also = if own == main { String::new() } else { format!(", nor beside the main file, {}", main.display()) };
+        Err(format!("cannot read {}: {}{also}", shown(name), no_such_file(&path)))
     }
 }
 
@@ -127,9 +135,11 @@ impl Parser {
                 }
                 continue;
             };
+            if token == Some(Token::Unclosed) {
+                return Err(unclosed(at, log));
+            }
             if token != Some(Token::Word) || !is_directive_name(&text) {
-                let found =
-                    if token == Some(Token::Unclosed) { "a quote that is not closed".into() } else { shown(&text) };
+                let found = shown(&text);
                 return Err(log.error(at, format!("found {found}, expected a directive such as Shape or Material")));
             }
             self.advance();
@@ -146,7 +156,8 @@ impl Parser {
             if directive.name != "Include" {
                 return Ok(Some(directive));
             }
-            self.include(&directive, log)?;
+            // A file that is missing leaves a hole in the scene, no more.
+            self.include(&directive, log).or_else(|e| log.leave_out(e, "it is left out"))?;
         }
     }
 
@@ -209,8 +220,10 @@ impl Parser {
         let mut values = Values::Empty;
         let mut start: Option<Pos> = None;
         let mut bracketed = false;
+        let mut after_comma = false;
+        let mut flaw = None;
         loop {
-            let Some((token, span)) = next_token(&text, frame.offset) else {
+            let Some((token, mut span)) = next_token(&text, frame.offset) else {
                 if bracketed && let Some(at) = start {
                     return Err(log.error(at, "'[' without a matching ']'"));
                 }
@@ -218,6 +231,14 @@ impl Parser {
             };
             let at = Pos { source, offset: span.start as u32 };
             let raw = &text[span.clone()];
+            let may_be_comma = token == Some(Token::Word) && matches!(values, Values::Numbers(..)) && !after_comma;
+            if may_be_comma && raw.starts_with(',') {
+                after_comma = true;
+                let message = "commas between numbers are read as spaces; pbrt-v3 knows none";
+                log.warn_once(&format!("comma {source}"), at, message);
+                frame.offset = span.start + 1;
+                continue;
+            }
             match token {
                 Some(Token::Open) if start.is_none() => bracketed = true,
                 Some(Token::Open) if !bracketed => break,
@@ -226,13 +247,26 @@ impl Parser {
                     break;
                 }
                 Some(Token::Quoted) if bracketed || start.is_none() => {
+                    if !may_follow_text(&text, span.end) {
+                        return Err(unclosed(at, log));
+                    }
                     let content = unquote(raw, at, log);
                     push_text(&mut values, content, at, log)?;
                 }
                 Some(Token::Quoted) => break,
-                Some(Token::Word) if looks_like_number(raw) => {
-                    let value = number(raw, at, log)?;
-                    push_number(&mut values, value, at, log)?;
+                Some(Token::Word) if looks_like_number(raw) || is_no_number(raw.trim_end_matches(',')) => {
+                    // A comma at the end is the next thing to be read.
+                    let word = raw.strip_suffix(',').unwrap_or(raw);
+                    span.end = span.start + word.len();
+                    let value = number(word, at, log)?;
+                    if value.is_none() && flaw.is_none() {
+                        let most = f32::MAX;
+                        let message =
+                            format!("number {}, expected a finite one of at most {most:e} in size", shown(word));
+                        flaw = Some(log.error(at, message));
+                    }
+                    push_number(&mut values, value.unwrap_or(0.0), at, log)?;
+                    after_comma = false;
                 }
                 Some(Token::Word) if matches!(raw, "true" | "false") => {
                     if start.is_some() && !bracketed {
@@ -241,9 +275,7 @@ impl Parser {
                     push_text(&mut values, raw.to_owned(), at, log)?;
                 }
                 Some(Token::Word) if !bracketed && (start.is_some() || is_directive_name(raw)) => break,
-                Some(Token::Unclosed) => {
-                    return Err(log.error(at, "a quote that is not closed, expected a quote after the text"));
-                }
+                Some(Token::Unclosed) => return Err(unclosed(at, log)),
                 _ if bracketed => {
                     let message = format!("found {}, expected a number, a text in quotes or ']'", shown(raw));
                     return Err(log.error(at, message));
@@ -261,8 +293,23 @@ impl Parser {
                 break;
             }
         }
-        Ok(start.map(|at| Item { values, at }))
+        Ok(start.map(|at| Item { values, at, flaw }))
     }
+}
+
+/// A text whose closing quote is missing, which ends at the opening quote of the next one or at the end of the file.
+fn unclosed(at: Pos, log: &Log) -> Error {
+    let Location { line, column, .. } = log.locate(at);
+    log.error(at, format!("the text that begins at {line}:{column} has no closing quote"))
+}
+
+/// False if what stands right behind a quote shows that it was not meant to close a text but to open the next one, and
+/// so that the text before it was never closed.
+fn may_follow_text(text: &str, end: usize) -> bool {
+    let Some((Some(Token::Word), span)) = next_token(text, end) else { return true };
+    let word = &text[span.clone()];
+    let is_value = matches!(word, "true" | "false") || word.trim_end_matches(',').parse::<f64>().is_ok();
+    span.start > end || word.starts_with(',') || is_value || is_known(word)
 }
 
 /// All directives of pbrt begin with a capital letter, which tells them from stray text.

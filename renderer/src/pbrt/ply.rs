@@ -18,6 +18,8 @@ const MAX_BYTES: u64 = 1 << 30;
 #[derive(Debug)]
 pub(super) struct Ply {
     pub points: Vec<DVec3>,
+    /// One for each point, if all have one.
+    pub normals: Option<Vec<DVec3>>,
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -30,12 +32,13 @@ pub(super) fn read(path: &Path) -> Result<Ply, String> {
 /// One vertex or face; other properties are dropped as they are read.
 struct Element {
     position: [Option<f32>; 3],
+    normal: [Option<f32>; 3],
     indices: Option<Vec<u32>>,
 }
 
 impl PropertyAccess for Element {
     fn new() -> Self {
-        Self { position: [None; 3], indices: None }
+        Self { position: [None; 3], normal: [None; 3], indices: None }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -43,6 +46,9 @@ impl PropertyAccess for Element {
             "x" => self.position[0] = property.to_f32_lossy(),
             "y" => self.position[1] = property.to_f32_lossy(),
             "z" => self.position[2] = property.to_f32_lossy(),
+            "nx" => self.normal[0] = property.to_f32_lossy(),
+            "ny" => self.normal[1] = property.to_f32_lossy(),
+            "nz" => self.normal[2] = property.to_f32_lossy(),
             "vertex_indices" | "vertex_index" => self.indices = property.to_u32_list(),
             _ => return PropertyAccessResult::Ignored,
         }
@@ -54,7 +60,7 @@ fn read_bytes_as_ply(bytes: &[u8]) -> Result<Ply, String> {
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = parser.read_header(&mut reader).map_err(|e| one_line(&e))?;
-    let mut ply = Ply { points: Vec::new(), triangles: Vec::new() };
+    let mut ply = Ply { points: Vec::new(), normals: Some(Vec::new()), triangles: Vec::new() };
     for element in header.elements.values() {
         let name = element.name.as_str();
         let left = bytes.len() as u64 - reader.get_ref().position();
@@ -80,7 +86,13 @@ fn read_bytes_as_ply(bytes: &[u8]) -> Result<Ply, String> {
             };
             let read = read.map_err(|e| format!("{} {i}: {}", shown(name), one_line(&e)))?;
             match name {
-                "vertex" => ply.points.push(point(&read, i)?),
+                "vertex" => {
+                    ply.points.push(point(&read, i)?);
+                    ply.normals = ply.normals.zip(normal(&read)).map(|(mut normals, normal)| {
+                        normals.push(normal);
+                        normals
+                    });
+                }
                 "face" => add_face(&mut ply.triangles, &read, i)?,
                 _ => {}
             }
@@ -100,6 +112,11 @@ fn point(element: &Element, i: usize) -> Result<DVec3, String> {
     };
     let point = DVec3::new(x.into(), y.into(), z.into());
     if point.is_finite() { Ok(point) } else { Err(format!("vertex {i} at {x} {y} {z}, expected finite numbers")) }
+}
+
+fn normal(element: &Element) -> Option<DVec3> {
+    let [x, y, z] = element.normal;
+    Some(DVec3::new(x?.into(), y?.into(), z?.into()))
 }
 
 fn add_face(triangles: &mut Vec<[u32; 3]>, element: &Element, i: usize) -> Result<(), String> {

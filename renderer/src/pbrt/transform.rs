@@ -63,15 +63,19 @@ pub(super) fn swaps_handedness(m: &DMat4) -> bool {
     m.determinant() < 0.0
 }
 
-/// The factor by which the matrix scales all lengths, if it is the same for all directions (to
-/// about 1e-4, so that rotations typed with a few digits pass).
+/// How far lengths may differ by direction, squared, for a transformation that counts as uniform. A rotation that was
+/// typed with three digits behind the point has entries off by up to 5e-4, which is up to 1.8e-3 here; two of them together
+/// are twice as far off.
+const UNIFORM: f64 = 4e-3;
+
+/// The factor by which the matrix scales all lengths, if it is the same for all directions (see [`UNIFORM`]).
 pub(super) fn uniform_scale(m: &DMat4) -> Option<f64> {
     let linear = DMat3::from_mat4(*m);
     let gram = linear.transpose() * linear;
     let square = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
     let deviation = gram - DMat3::from_diagonal(DVec3::splat(square));
     let worst = deviation.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    (worst <= 1e-4 * square).then(|| square.sqrt())
+    (worst <= UNIFORM * square).then(|| square.sqrt())
 }
 
 /// Why a transformation cannot be used, if it cannot.

@@ -85,17 +85,19 @@ fn mirrors_have_one_direction_and_no_density() {
 fn fresnel_terms_are_the_textbook_ones() {
     // A mirror's coefficient is its Fresnel term. For real indices the equations of a dielectric hold for metals too.
     let reflectance = |cos: f64, eta: f64| {
-        let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).sqrt();
+        // All of it where there is no refracted ray.
+        let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt();
         let parallel = (eta * cos - cos_t) / (eta * cos + cos_t);
         let across = (cos - eta * cos_t) / (cos + eta * cos_t);
         (parallel * parallel + across * across) / 2.0
     };
     let etas = Vec3::new(1.2, 1.5, 3.0);
     let metal = Bsdf::Conductor { reflectance: Reflectance::Fresnel { eta: etas, k: Vec3::ZERO }, alpha: 0.0 };
-    let coat = Bsdf::Plastic { kd: Vec3::ZERO, ks: Vec3::ONE, alpha: 0.0 };
+    let coat = Bsdf::Plastic { kd: Vec3::ZERO, ks: Vec3::ONE, alpha: 0.0, swapped_indices: false };
+    let swapped = Bsdf::Plastic { kd: Vec3::ZERO, ks: Vec3::ONE, alpha: 0.0, swapped_indices: true };
     for i in 1..=1000 {
         let cos = f64::from(i) / 1000.0;
-        for (bsdf, etas) in [(&metal, etas), (&coat, Vec3::splat(1.5))] {
+        for (bsdf, etas) in [(&metal, etas), (&coat, Vec3::splat(1.5)), (&swapped, Vec3::splat(1.0 / 1.5))] {
             let material = Material::new(bsdf);
             let (s, wo, _) = surface(&material, cos);
             let found = vec3(once::sample(&s, splat(wo), &once::numbers(i, 0)).dirac_f).as_dvec3();

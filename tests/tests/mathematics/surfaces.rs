@@ -29,9 +29,9 @@ fn materials(alpha: f32) -> Vec<Bsdf> {
         Bsdf::Conductor { reflectance: Reflectance::Constant(ks), alpha },
         Bsdf::Conductor { reflectance: gold(), alpha },
         Bsdf::Conductor { reflectance: aluminium, alpha },
-        Bsdf::Plastic { kd, ks, alpha },
-        Bsdf::Plastic { kd: Vec3::ZERO, ks, alpha },
-        Bsdf::Plastic { kd, ks: Vec3::ZERO, alpha },
+        Bsdf::Plastic { kd, ks, alpha, swapped_indices: false },
+        Bsdf::Plastic { kd: Vec3::ZERO, ks, alpha, swapped_indices: false },
+        Bsdf::Plastic { kd, ks: Vec3::ZERO, alpha, swapped_indices: false },
     ]
 }
 
@@ -61,10 +61,10 @@ fn lobes_that_a_material_has() {
         (Bsdf::Conductor { reflectance: Reflectance::Constant(none), alpha: 0.1 }, false, false),
         (Bsdf::Conductor { reflectance: Reflectance::Constant(some), alpha: 0.1 }, false, true),
         (Bsdf::Conductor { reflectance: gold(), alpha: 0.1 }, false, true),
-        (Bsdf::Plastic { kd: none, ks: none, alpha: 0.1 }, false, false),
-        (Bsdf::Plastic { kd: some, ks: none, alpha: 0.1 }, true, false),
-        (Bsdf::Plastic { kd: none, ks: some, alpha: 0.1 }, false, true),
-        (Bsdf::Plastic { kd: some, ks: some, alpha: 0.1 }, true, true),
+        (Bsdf::Plastic { kd: none, ks: none, alpha: 0.1, swapped_indices: false }, false, false),
+        (Bsdf::Plastic { kd: some, ks: none, alpha: 0.1, swapped_indices: false }, true, false),
+        (Bsdf::Plastic { kd: none, ks: some, alpha: 0.1, swapped_indices: false }, false, true),
+        (Bsdf::Plastic { kd: some, ks: some, alpha: 0.1, swapped_indices: false }, true, true),
     ] {
         let material = Material::new(&bsdf);
         assert_eq!(material.has_two_lobes(), diffuse && specular, "{bsdf:?}");

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::Vec3;
 use mislab_renderer::{Error, pbrt};
 
-use crate::{assert_failure, assert_no_warnings, mesh, sphere, world};
+use crate::{assert_failure, assert_left_out, assert_no_warnings, mesh, sphere, world};
 
 pub fn write(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> std::path::PathBuf {
     let path = folder.join(name);
@@ -19,7 +19,10 @@ pub fn write(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> std::path:
 fn load_names_what_is_wrong_with_a_file() {
     let dir = tempfile::tempdir().expect("a folder");
     let missing = dir.path().join("missing.pbrt");
-    assert!(matches!(pbrt::load(&missing), Err(Error::Io { .. })));
+    let error = pbrt::load(&missing).expect_err("a missing file");
+    assert!(matches!(error, Error::Io { .. }));
+    let folder = dir.path().display();
+    assert!(error.to_string().contains(&format!("no such file in {folder}")), "{error}");
     assert!(pbrt::load(dir.path()).expect_err("a folder").to_string().contains("a folder, expected a file"));
     let binary = write(dir.path(), "picture.exr", b"v/1\x01\x02\0\0\0");
     assert!(pbrt::load(&binary).expect_err("binary").to_string().contains("picture.exr: binary data"));
@@ -56,17 +59,21 @@ fn include_is_relative_and_keeps_places() {
     // The same text with a folder given.
     let text = fs::read_to_string(&main).expect("text");
     assert_eq!(pbrt::parse(&text, "x", Some(root)).expect("a scene").scene.shapes.len(), 3);
-    assert_failure(&text, 3, 1, &["parts/a.pbrt", "no folder"]);
+    assert_left_out(&text, 3, 1, &["parts/a.pbrt", "no folder"]);
 
     let message = |content: &str| {
-        let main = write(root, "bad.pbrt", content);
-        pbrt::load(&main).expect_err("an error").to_string()
+        let main =
+            write(root, "bad.pbrt", format!("Camera \"perspective\" WorldBegin {content} Shape \"sphere\" WorldEnd"));
+        let file = pbrt::load(&main).unwrap_or_else(|e| panic!("{content}: {e}"));
+        assert!(!file.scene.shapes.is_empty(), "{content}: the rest is there");
+        assert!(file.warnings.iter().all(|w| w.message.contains("left out")), "{:?}", file.warnings);
+        file.warnings.first().map_or_else(String::new, ToString::to_string)
     };
     write(root, "loop.pbrt", "\nInclude \"bad.pbrt\"");
     assert!(message("Include \"loop.pbrt\"").contains("loop.pbrt:2:1: Include of"));
-    assert!(message("Include \"bad.pbrt\"").contains("bad.pbrt:1:1: Include of"));
-    assert!(message("Include \"none.pbrt\"").contains("bad.pbrt:1:1: Include: cannot read"));
-    assert!(message("Include none").contains("bad.pbrt:1:9"));
+    assert!(message("Include \"bad.pbrt\"").contains("bad.pbrt:1:33: Include of"));
+    assert!(message("Include \"none.pbrt\"").contains("bad.pbrt:1:33: Include: cannot read"));
+    assert_failure("Include none", 1, 9, &["none"]);
     assert!(message("Include \"parts\"").contains("a folder"));
     // Twice, but not inside itself, is fine.
     let twice = write(root, "twice.pbrt", "WorldBegin Include \"shared.pbrt\" Include \"shared.pbrt\" WorldEnd");
@@ -82,6 +89,52 @@ fn include_is_relative_and_keeps_places() {
         write(root, &format!("wide{i}.pbrt"), if i == 11 { String::new() } else { next.repeat(3) });
     }
     assert!(message("Include \"wide0.pbrt\"").contains("at most 1000"));
+}
+
+#[test]
+fn missing_files_name_the_folder_and_near_names() {
+    let dir = tempfile::tempdir().expect("a folder");
+    for name in ["Plate.ply", "plates.ply", "other.ply", "room.pbrt"] {
+        write(dir.path(), name, PLY_ASCII);
+    }
+    let folder = dir.path().display().to_string();
+    let message = |name: &str| {
+        let text = world(&format!("Shape \"plymesh\" \"string filename\" \"{name}\""));
+        let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        file.warnings[0].to_string()
+    };
+    let found = message("plate.ply");
+    for words in ["plate.ply", &folder, "did you mean \"Plate.ply\""] {
+        assert!(found.contains(words), "{found}");
+    }
+    assert!(message("room.ply").contains("did you mean \"room.pbrt\""), "{}", message("room.ply"));
+    assert!(!message("nothing.ply").contains("did you mean"));
+    assert!(message("meshes/plate.ply").contains("there is no folder"), "{}", message("meshes/plate.ply"));
+    let found = pbrt::load(&dir.path().join("rom.pbrt")).expect_err("a missing file").to_string();
+    assert!(found.contains("did you mean \"room.pbrt\""), "{found}");
+}
+
+#[test]
+fn normals_of_a_ply_say_which_side_is_in_front() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let property = "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n";
+    let square = |nz: i32| {
+        let header = PLY_ASCII.replace("property float z\n", property);
+        ["0 0 0 9", "1 0 0 9", "1 1 0 9", "0 1 0.5 9"].into_iter().fold(header, |text, vertex| {
+            let position = vertex.trim_end_matches(" 9");
+            text.replace(&format!("\n{vertex}\n"), &format!("\n{position} 0 0 {nz} 9\n"))
+        })
+    };
+    for (transform, nz, reverse) in
+        [("", 1, false), ("", -1, true), ("Scale -1 1 1", 1, true), ("Scale -1 1 1", -1, false)]
+    {
+        write(dir.path(), "n.ply", square(nz));
+        let text = world(&format!("{transform} Shape \"plymesh\" \"string filename\" \"n.ply\""));
+        let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        assert_no_warnings(&file);
+        // Counter-clockwise seen from +z: the way the vertices go round, mirrored or not.
+        assert_eq!(file.scene.shapes[0].reverse_orientation, reverse, "{transform}, {nz}");
+    }
 }
 
 pub const PLY_ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -128,12 +181,14 @@ fn ply_meshes() {
 }
 
 #[test]
-fn bad_ply_files_are_errors_at_the_shape() {
+fn bad_ply_files_are_left_out() {
     let dir = tempfile::tempdir().expect("a folder");
     let message = |content: &[u8]| {
         write(dir.path(), "bad.ply", content);
         let text = world("Shape \"plymesh\" \"string filename\" \"bad.ply\"");
-        let e = pbrt::parse(&text, "t.pbrt", Some(dir.path())).expect_err("an error").to_string();
+        let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        assert!(file.scene.shapes.is_empty() && file.warnings.len() == 1, "{:?}", file.warnings);
+        let e = file.warnings[0].to_string();
         assert!(e.starts_with("t.pbrt:3:35: plymesh: ") && e.contains("bad.ply"), "{e}");
         assert!(!e.contains('\n'), "one line: {e}");
         e

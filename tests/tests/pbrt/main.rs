@@ -5,6 +5,8 @@ mod files;
 mod header;
 mod materials;
 mod messages;
+mod names;
+mod outside;
 mod shapes;
 mod shipped;
 mod transformations;
@@ -41,6 +43,22 @@ fn assert_failure(text: &str, line: u32, column: u32, words: &[&str]) {
     for word in words {
         assert!(message.contains(word), "expected {word:?} in {message:?}");
     }
+}
+
+/// Fails unless the scene is read with a warning at that place that contains all the words.
+#[track_caller]
+fn assert_warning(text: &str, line: u32, column: u32, words: &[&str]) -> SceneFile {
+    let file = parse(text);
+    let found = warnings(&file);
+    let here = |(l, c, m): &(u32, u32, &str)| (*l, *c) == (line, column) && words.iter().all(|word| m.contains(word));
+    assert!(found.iter().any(here), "expected {words:?} at {line}:{column} in {found:#?}");
+    file
+}
+
+/// Fails unless something at that place is left out with a warning that contains all the words.
+#[track_caller]
+fn assert_left_out(text: &str, line: u32, column: u32, words: &[&str]) {
+    assert_warning(text, line, column, &[words, &["left out"]].concat());
 }
 
 /// A whole file around the content of a world.

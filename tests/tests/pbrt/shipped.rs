@@ -118,8 +118,8 @@ fn plastic_scene_lets_pbrt_remap() {
     let expected = [0.1033, 0.1925, 0.3125, 0.4618];
     for (i, alpha) in expected.into_iter().enumerate() {
         let material = file.scene.material(&format!("plate{}", i + 1)).expect("a plate");
-        let Bsdf::Plastic { kd, ks, alpha: found } = material.bsdf else { panic!("plastic") };
-        assert_eq!((kd, ks), (Vec3::new(0.07, 0.09, 0.13), Vec3::ONE));
+        let Bsdf::Plastic { kd, ks, alpha: found, swapped_indices } = material.bsdf else { panic!("plastic") };
+        assert_eq!((kd, ks, swapped_indices), (Vec3::new(0.07, 0.09, 0.13), Vec3::ONE, false));
         assert!((found - alpha).abs() < 1e-4, "alpha {found}, expected {alpha}");
     }
 }

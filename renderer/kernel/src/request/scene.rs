@@ -32,6 +32,12 @@ impl Camera {
     }
 }
 
+/// Files have what is unusual only, and are those of before where it is not.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over references")]
+fn is_false(v: &bool) -> bool {
+    !*v
+}
+
 /// How a surface scatters light. Reflection only; both sides of a surface scatter alike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -57,6 +63,9 @@ pub enum Bsdf {
         ks: Vec3,
         /// GGX width in [0, 1]; 0 makes the coat a perfect mirror.
         alpha: f32,
+        /// The Fresnel term has its two indices swapped, as pbrt-v3's source has: that of light from inside of the coat.
+        #[serde(default, skip_serializing_if = "is_false")]
+        swapped_indices: bool,
     },
 }
 

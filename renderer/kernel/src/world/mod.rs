@@ -1,6 +1,7 @@
 //! From a scene's parameters to the form that packets of rays work on.
 
 pub mod camera;
+mod coincident;
 pub mod culling;
 pub mod projection;
 mod view;
@@ -137,6 +138,7 @@ impl BuiltScene {
             }
             check_count(lights.len())?;
         }
+        coincident::drop_hidden(&mut opaque, &lights);
         let same = |other: &&Arc<Self>| {
             other.opaque.len() == opaque.len() && opaque.iter().zip(&other.opaque).all(|(a, b)| a.is(b))
         };
@@ -154,6 +156,7 @@ impl BuiltScene {
             }
         };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
+        coincident::raise(&mut lights, &geometry, epsilon);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights = if all_outside(&geometry, &lights, epsilon) {
             Lights::new(lights).seen_from_outside()

@@ -81,7 +81,8 @@ impl<'a, L: Lanes> View<'a, L> {
         let origin = V3::splat(l, scene.camera.origin);
         let hit = scene.geometry.nearest(l, origin, dir, &culled.surfaces);
         let (t_light, light, radiance) = scene.lights.nearest(l, origin, dir, &culled.lights);
-        let is_light = t_light.lt(hit.t);
+        // Where a light and something opaque are at the same distance the light is in front, as for shadow rays.
+        let is_light = t_light.le(hit.t) & t_light.lt(l.f(f32::INFINITY));
         let emitted = V3::select(is_light, radiance, V3::all(zero));
         let emits = (emitted.x + emitted.y + emitted.z).gt(zero);
         let p = dir.scale_add(is_light.select(t_light, hit.t), origin);

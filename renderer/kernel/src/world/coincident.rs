@@ -1,0 +1,77 @@
+//! Lights where an opaque surface is, such as a lamp in the plane of a ceiling. Which of the two a ray meets first would be a
+//! matter of rounding, another one for camera rays and for shadow rays, so it is decided once and for all rays: a flat
+//! light is raised a little above the surface, on the side that it emits from, and a sphere in the place of a sphere light
+//! is left out.
+
+use std::collections::HashSet;
+
+use glam::Vec3;
+
+use super::Opaque;
+use crate::geometry::Geometry;
+use crate::geometry::list::List;
+use crate::geometry::shape::Facet;
+use crate::lanes::{Single, V3};
+use crate::light::{Light, LightShape};
+use crate::request::scene;
+
+/// How far a light is raised, in units of `epsilon`: more than shadow rays end before a light, and several times what
+/// distances are off by rounding, at any angle.
+const RAISE: f32 = 4.0;
+/// Distances up to so many epsilon are none.
+const SAME: f32 = 2.0;
+/// How far above the light the question is asked.
+const ABOVE: f32 = 16.0;
+/// About how many questions are asked of a scene, and at least one of each light.
+const QUESTIONS: usize = 1 << 12;
+/// Most questions in a row over a light.
+const MOST_IN_ROW: usize = 8;
+
+/// Leaves out the spheres that are where a sphere light is: the light is in front.
+pub(super) fn drop_hidden(opaque: &mut Vec<Opaque>, lights: &[Light]) {
+    let key = |center: Vec3, radius: f32| [center.x, center.y, center.z, radius].map(f32::to_bits);
+    let balls: HashSet<[u32; 4]> = lights
+        .iter()
+        .filter_map(|light| match light.shape {
+            LightShape::Ball(ball) => Some(key(ball.center, ball.radius)),
+            LightShape::Facet(_) => None,
+        })
+        .collect();
+    opaque.retain(|shape| match shape.geometry {
+        scene::Geometry::Sphere { center, radius } => !balls.contains(&key(center, radius)),
+        scene::Geometry::Mesh { .. } => true,
+    });
+}
+
+/// Raises the flat lights that lie in the plane of a surface right where it is. `epsilon` is what shadow rays keep off.
+pub(super) fn raise(lights: &mut [Light], geometry: &Geometry, epsilon: f32) {
+    let facets = lights.iter().filter(|light| matches!(light.shape, LightShape::Facet(_))).count();
+    if facets == 0 || geometry.is_empty() {
+        return;
+    }
+    let in_row = (QUESTIONS / facets).isqrt().clamp(1, MOST_IN_ROW);
+    let everything = List::all(geometry.len());
+    for light in lights {
+        if let LightShape::Facet(facet) = &mut light.shape
+            && lies_on_surface(facet, geometry, &everything, epsilon, in_row)
+        {
+            facet.p0 += facet.normal * (RAISE * epsilon);
+        }
+    }
+}
+
+/// True if a ray down to a point of the facet, of a grid of `in_row` in a row, meets something else there.
+fn lies_on_surface(facet: &Facet, geometry: &Geometry, list: &List, epsilon: f32, in_row: usize) -> bool {
+    let at = |i: usize| (i as f32 + 0.5) / in_row as f32;
+    let down = V3::splat(Single, -facet.normal);
+    (0..in_row * in_row).any(|k| {
+        let (mut u, mut v) = (at(k / in_row), at(k % in_row));
+        if !facet.quad && u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        let point = facet.p0 + facet.e1 * u + facet.e2 * v;
+        let from = V3::splat(Single, point + facet.normal * (ABOVE * epsilon));
+        let distance = geometry.nearest(Single, from, down, list).t;
+        (distance - ABOVE * epsilon).abs() <= SAME * epsilon
+    })
+}

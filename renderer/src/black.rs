@@ -1,0 +1,132 @@
+//! Why a picture is black or nearly so, in words.
+
+use glam::Vec3;
+use mislab_kernel::light::LightShape;
+use mislab_kernel::request::{PixelRect, Scene, Strategy};
+
+use crate::frame::Frame;
+use crate::inspect::{Inspector, Point, Seen};
+use crate::layer::Channel;
+
+/// Rows and columns of camera rays that look for surfaces, and lights that are asked about from each.
+const RAYS: u32 = 64;
+const LIGHTS: usize = 16;
+/// A picture with more than this share of pixels that are not 0 needs no explanation.
+const LIT: f64 = 1.0 / 3.0;
+
+/// One sentence that says why a picture is black, or why most of its surfaces are; `None` if it is neither.
+pub fn why_black(frame: &Frame) -> Option<String> {
+    let lit = lit_pixels(frame);
+    if lit as f64 > LIT * frame.bounds().area() as f64 {
+        return None;
+    }
+    const NO_LIGHT: &str = "no light reaches this picture directly";
+    let request = frame.request();
+    if let Some(reason) = unlit(&request.scene) {
+        return Some(format!("{NO_LIGHT}: {reason}"));
+    }
+    let inspector = Inspector::new(frame.scene(), &request.settings);
+    let (mut hits, mut points) = (0, Vec::new());
+    for [x, y] in grid(frame.bounds()) {
+        match inspector.at_pixel(x, y) {
+            Seen::Nothing => {}
+            Seen::Light(_) => hits += 1,
+            Seen::Surface(point) => {
+                hits += 1;
+                points.extend(point.reflects().then_some(point));
+            }
+        }
+    }
+    let is_black = lit == 0;
+    let strategy = request.settings.estimator.strategy;
+    if hits == 0 && is_black {
+        return Some(format!("{NO_LIGHT}: nothing of the scene is in view"));
+    }
+    if points.is_empty() {
+        return is_black.then(|| "this picture is black: everything in view is black".to_owned());
+    }
+    if strategy == Strategy::Light && points.iter().all(Point::is_mirror) {
+        let reason = "only mirrors are in view, and light samples never meet a mirror's one direction";
+        return is_black.then(|| format!("this picture is black: {reason}"));
+    }
+    let lights = frame.scene().lights.list.iter().take(LIGHTS);
+    let targets: Vec<Vec3> = lights.map(|light| middle(&light.shape)).collect();
+    let sees_light = |point: &Point<'_>| {
+        let towards = |target: &Vec3| (*target - point.position()).normalize_or_zero();
+        targets.iter().any(|target| {
+            let seen = point.direction(towards(target));
+            seen.visible && seen.wi.dot(point.normal()) > 0.0
+        })
+    };
+    let share = points.iter().filter(|point| sees_light(point)).count() as f64 / points.len() as f64;
+    let turned = "its lights face away, or something is in between";
+    if is_black && share > 0.0 {
+        let (name, spp) = (strategy.name(), frame.spp());
+        return Some(format!("this picture is black: no sample of the strategy {name} has met a light in {spp} spp"));
+    }
+    if is_black {
+        return Some(format!("{NO_LIGHT}: {turned}"));
+    }
+    let percent = (100.0 * share).ceil();
+    (share <= LIT).then(|| format!("{NO_LIGHT} but for {percent} % of the surfaces in view: {turned}"))
+}
+
+/// True if every pixel is 0.
+pub fn is_black(frame: &Frame) -> bool {
+    frame.tiles.iter().all(|tile| lit_in(frame, tile.bounds, &mut Vec::new()) == 0)
+}
+
+/// How many pixels are not 0; counted until there are so many that the number does not matter.
+fn lit_pixels(frame: &Frame) -> usize {
+    let (mut lit, mut values) = (0, Vec::new());
+    for tile in &frame.tiles {
+        lit += lit_in(frame, tile.bounds, &mut values);
+        if lit as f64 > LIT * frame.bounds().area() as f64 {
+            break;
+        }
+    }
+    lit
+}
+
+fn lit_in(frame: &Frame, part: PixelRect, values: &mut Vec<f32>) -> usize {
+    values.clear();
+    values.resize(3 * part.area(), 0.0);
+    frame.resolve_rect(&[Channel::R, Channel::G, Channel::B], part, values);
+    let (r, rest) = values.split_at(part.area());
+    let (g, b) = rest.split_at(part.area());
+    r.iter().zip(g).zip(b).filter(|&((&r, &g), &b)| r != 0.0 || g != 0.0 || b != 0.0).count()
+}
+
+/// Why no picture of this scene can be anything but black, if that can be told from what it consists of.
+fn unlit(scene: &Scene) -> Option<&'static str> {
+    let mut lights = scene.shapes.iter().filter_map(|shape| shape.light.as_ref()).peekable();
+    if scene.shapes.is_empty() {
+        Some("the scene has no shapes")
+    } else if lights.peek().is_none() {
+        Some("the scene has no area light, the only kind that is read")
+    } else if lights.all(|light| !light.on || light.radiance == Vec3::ZERO) {
+        Some("every light is off or emits nothing")
+    } else {
+        None
+    }
+}
+
+/// Points spread over a part of the image, pixel centres if it is small.
+fn grid(part: PixelRect) -> impl Iterator<Item = [f32; 2]> {
+    let [columns, rows] = [part.width().min(RAYS), part.height().min(RAYS)];
+    let at = |i: u32, n: u32, min: u32, size: u32| min as f32 + (i as f32 + 0.5) * (size as f32 / n as f32);
+    (0..rows).flat_map(move |j| {
+        (0..columns).map(move |i| [at(i, columns, part.min[0], part.width()), at(j, rows, part.min[1], part.height())])
+    })
+}
+
+/// A point of a light that rays towards it meet.
+fn middle(light: &LightShape) -> Vec3 {
+    match light {
+        LightShape::Ball(ball) => ball.center,
+        LightShape::Facet(facet) => {
+            let share = if facet.quad { 0.5 } else { 1.0 / 3.0 };
+            facet.p0 + (facet.e1 + facet.e2) * share
+        }
+    }
+}
