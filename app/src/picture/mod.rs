@@ -1,6 +1,7 @@
 //! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
 
 pub mod engine;
+pub mod figure;
 pub mod film_texture;
 pub mod interaction;
 pub mod legend;
@@ -10,6 +11,7 @@ pub mod pane;
 pub mod picking;
 pub mod pixel;
 pub mod planes;
+pub mod raster;
 pub mod still;
 pub mod swatch;
 pub mod tone;

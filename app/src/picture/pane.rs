@@ -22,6 +22,8 @@ pub struct Subject<'a> {
     pub live: &'a LivePicture,
     /// What the mouse is on in a panel.
     pub pointed_at: Option<Target>,
+    /// The file has changed and cannot be read: the picture is of the file as it was.
+    pub outdated: bool,
 }
 
 /// One picture on screen.
@@ -57,7 +59,12 @@ impl Pane {
         let layer = document.slots()[on.slot].layer;
         let frame = on.live.frame();
         let planes = frame.as_ref().map(|frame| self.viewport.planes_of(frame, layer));
-        let stale = on.live.marked_in().is_some_and(|wait| wait.is_zero());
+        let behind = on.live.marked_in().is_some_and(|wait| wait.is_zero());
+        let stale = if on.outdated {
+            Some("the file as it was before the error")
+        } else {
+            behind.then_some("previous settings")
+        };
         let shown = self.viewport.ui(ui, &mut document.view, Shown { layer, planes: planes.as_ref(), stale });
         self.geometry = shown.geometry;
         self.pixel = shown.hovered_pixel;

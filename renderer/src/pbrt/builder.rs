@@ -381,7 +381,7 @@ impl Builder {
     }
 
     /// The scene, once all directives are read. `end` is where the file ends.
-    pub fn finish(mut self, name: String, source: String, mut log: Log, end: Pos) -> Result<SceneFile, Error> {
+    pub fn finish(mut self, name: String, source: String, log: &mut Log, end: Pos) -> Result<SceneFile, Error> {
         if !self.recognised {
             return Err(log.error(Pos { offset: 0, ..end }, "no pbrt directive found, expected a pbrt-v3 scene file"));
         }
@@ -390,7 +390,7 @@ impl Builder {
             Phase::World => log.warn(end, "no WorldEnd: the file may be incomplete"),
             Phase::Done => {}
         }
-        self.warn_unclosed(&mut log);
+        self.warn_unclosed(log);
         let camera = self.camera.unwrap_or_else(|| {
             log.warn(end, "no Camera: seen from the origin along +z with a field of view of 90 degrees, as in pbrt");
             Camera { world_from_camera: DMat4::IDENTITY, fov_deg: 90.0, screen_window: None }
@@ -403,7 +403,7 @@ impl Builder {
             scene: Scene { name, camera, materials, shapes: self.shapes },
             settings: self.settings,
             film_filename: self.film_filename.unwrap_or_else(|| "pbrt.exr".to_owned()),
-            warnings: log.into_warnings(),
+            warnings: log.take_warnings(),
             source,
         })
     }

@@ -1,6 +1,7 @@
 //! Where things stand in the scene files, and what is to be said about them.
 
 use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::{Diagnostic, Error, Location};
@@ -19,10 +20,11 @@ struct Source {
     text: Arc<str>,
 }
 
-/// All texts read so far and all warnings given so far.
+/// All texts read so far, all files looked for and all warnings given so far.
 #[derive(Default)]
 pub(super) struct Log {
     sources: Vec<Source>,
+    files: Vec<PathBuf>,
     warnings: Vec<Diagnostic>,
     said: HashSet<String>,
 }
@@ -35,6 +37,18 @@ impl Log {
     pub fn add_source(&mut self, name: &str, text: Arc<str>) -> u32 {
         self.sources.push(Source { name: Arc::from(name), text });
         (self.sources.len() - 1) as u32
+    }
+
+    /// Remembers a file that the scene depends on, there or not.
+    pub fn add_file(&mut self, path: &Path) {
+        if !self.files.iter().any(|known| known == path) {
+            self.files.push(path.to_owned());
+        }
+    }
+
+    /// The files remembered, in the order they were asked for.
+    pub fn take_files(&mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.files)
     }
 
     /// File, line and column of a position. A tab is one column, CRLF one line end.
@@ -79,8 +93,8 @@ impl Log {
     }
 
     /// The warnings, in the order given.
-    pub fn into_warnings(self) -> Vec<Diagnostic> {
-        self.warnings
+    pub fn take_warnings(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.warnings)
     }
 }
 

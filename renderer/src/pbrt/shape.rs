@@ -57,7 +57,7 @@ pub(super) fn read_shape(
             };
             let ply = place
                 .folders
-                .find(&name)
+                .find(&name, log)
                 .and_then(|path| ply::read(&path))
                 .map_err(|message| log.error(at, format!("plymesh: {message}")))?;
             mesh(ply.points, ply.triangles, at, place, log)?
