@@ -601,7 +601,7 @@ fn what_cannot_be_saved_is_said_with_a_way_out_and_goes_with_its_cause() {
     std::fs::write(&other, small_scene()).expect("write");
     lab.apply(Command::OpenPath(other.clone()));
     lab.until("the file", |lab| lab.document().opened.path.as_deref() == Some(other.as_path()));
-    lab.key(Modifiers::NONE, Key::Num1);
+    lab.apply(Edit::SetStrategy(Strategy::Light));
     lab.settle();
     lab.apply(Command::Save);
     lab.until("the file", |lab| lab.file("other_light_4spp.exr").exists());
@@ -625,7 +625,7 @@ fn a_scene_that_is_edited_is_read_again() {
 
     // Written in place.
     let text = std::fs::read_to_string(&scene).expect("the scene");
-    let header = text.lines().position(|line| line.contains("MISstrategy")).expect("the header") + 1;
+    let header = text.lines().position(|line| line.contains("[\"mis_all\"]")).expect("the header") + 1;
     let light = text.replace("[\"mis_all\"]", "[\"light\"]");
     assert_ne!(light, text);
     std::fs::write(&scene, &light).expect("write");

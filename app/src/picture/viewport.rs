@@ -98,7 +98,7 @@ impl Viewport {
         }
         draw_values(&painter, planes, &geometry, &uniforms);
         if faded > 0.0 {
-            draw_stale_tag(&painter, rect, shown.stale.unwrap_or_default(), faded);
+            draw_stale_tag(ui, &painter, rect, shown.stale.unwrap_or_default(), faded);
         }
         let hovered_pixel = response.hover_pos().and_then(|at| pixel_at(planes.bounds(), geometry.to_image(at)));
         ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
@@ -251,13 +251,15 @@ fn luma([r, g, b]: [f32; 3]) -> f32 {
 }
 
 /// Says that the picture is not that of the present settings.
-fn draw_stale_tag(painter: &egui::Painter, rect: Rect, words: &str, opacity: f32) {
+fn draw_stale_tag(ui: &egui::Ui, painter: &egui::Painter, rect: Rect, words: &str, opacity: f32) {
     if words.is_empty() {
         return;
     }
     let font = FontId::proportional(14.0);
     let galley = painter.layout_no_wrap(words.to_owned(), font, Color32::WHITE);
     let plate = Rect::from_min_size(rect.min + vec2(12.0, 12.0), galley.size() + vec2(16.0, 8.0));
+    let tag = ui.interact(plate, ui.scope_id().with("stale tag"), Sense::hover());
+    tag.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, words));
     let mut painter = painter.clone();
     painter.multiply_opacity(opacity);
     painter.rect_filled(plate, 4.0, Color32::from_black_alpha(200));
