@@ -489,7 +489,9 @@ impl MisLabApp {
         if self.starting {
             return;
         }
-        engine.set_pace(if sheets.table.is_running() { Pace::Paused } else { pacing.pace() });
+        // A table is not to be spoiled, and who closes the window waits for the saving alone.
+        let hold = sheets.table.is_running() || self.closing;
+        engine.set_pace(if hold { Pace::Paused } else { pacing.pace() });
         for (live, slot) in engine.pictures_mut().iter_mut().zip(document.slots()) {
             live.submit(document.request(slot));
             if let Some(wait) = live.marked_in().filter(|wait| !wait.is_zero()) {

@@ -37,8 +37,8 @@ pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
         });
     }
     caption_strip(ui, lab);
-    CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, out));
-    sheets(ui.ctx(), lab, out);
+    let place = CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, out)).inner;
+    sheets(ui.ctx(), lab, place, out);
 }
 
 /// Draws a column and returns its width in whole points.
@@ -127,8 +127,8 @@ fn caption_strip(ui: &mut Ui, lab: &Lab) {
     });
 }
 
-/// The pictures of all slots: for now there is one, over the whole place.
-fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
+/// The pictures of all slots: for now there is one, over the whole place. Returns where it is.
+fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     if let Some(frame) = lab.live().frame()
         && lab.prefs.panels
     {
@@ -136,7 +136,7 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     }
     let mut place = ui.available_rect_before_wrap();
     for (slot, (pane, live)) in lab.panes.all_mut().iter_mut().zip(lab.engine.pictures()).enumerate() {
-        let outdated = lab.messages.is_about(lab.document.opened.path.as_deref());
+        let outdated = lab.files.is_outdated(lab.document.opened.path.as_deref());
         let subject = Subject { slot, live, pointed_at: lab.pointed_at, outdated };
         place = pane.ui(ui, &mut lab.document, &subject, out);
     }
@@ -144,6 +144,7 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     let failed = lab.live().status().filter(|s| s.state == State::Failed);
     let failed = failed.map(|s| s.error.unwrap_or_else(|| "this scene cannot be rendered".into()));
     messages::errors_ui(ui, place, &mut lab.messages, failed.as_deref(), out);
+    place
 }
 
 /// Says that a file over the window can be dropped.
@@ -157,7 +158,7 @@ fn drop_target(ui: &Ui, rect: Rect) {
 }
 
 /// What lies over the window.
-fn sheets(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
+fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Command>) {
     let sheets = &mut lab.sheets;
     let on_top = sheets.help || sheets.palette.is_some() || sheets.open.is_some();
     if !on_top && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
@@ -181,6 +182,7 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
     {
         sheets.palette = None;
     }
-    let corner = ctx.content_rect().with_max_y(ctx.content_rect().bottom() - 36.0);
+    // Not over buttons, nor over the values of the pixel.
+    let corner = picture.with_max_y(picture.bottom() - 64.0);
     messages::notices_ui(ctx, &mut lab.messages, lab.files.saving(), corner, out);
 }

@@ -84,6 +84,8 @@ pub struct Files {
     readings: u64,
     /// The last one is not over.
     reading: bool,
+    /// The last one that is over came to nothing.
+    failed: bool,
     /// What it reads, and what that depended on the last time.
     last: Option<(PathBuf, Vec<Watched>)>,
 }
@@ -106,6 +108,7 @@ impl Files {
             watcher,
             readings: 0,
             reading: false,
+            failed: false,
             last: None,
         }
     }
@@ -131,6 +134,7 @@ impl Files {
             Origin::Reading(_) => {
                 self.reading = false;
                 if let FileEvent::Read { reading, .. } = &event {
+                    self.failed = reading.outcome.is_err();
                     self.watcher.watch(&reading.files);
                     self.last = Some((reading.path.clone(), reading.files.clone()));
                 }
@@ -235,6 +239,11 @@ impl Files {
         self.last.as_ref().map(|(path, _)| path.as_path())
     }
 
+    /// Whether what is known of the file at `path` is from before it was changed to something that cannot be read.
+    pub fn is_outdated(&self, path: Option<&Path>) -> bool {
+        self.failed && path.is_some() && path == self.watched()
+    }
+
     /// Whether a file is being read.
     pub fn is_reading(&self) -> bool {
         self.reading
@@ -244,6 +253,7 @@ impl Files {
     pub fn forget(&mut self) {
         self.readings += 1;
         self.reading = false;
+        self.failed = false;
         self.last = None;
         self.watcher.watch(&[]);
     }

@@ -62,11 +62,6 @@ impl Messages {
         self.remark(Notice { wrong: true, ..Notice::new(text, Duration::from_secs(12)) });
     }
 
-    /// Whether the file at `path` can no longer be opened as it is now.
-    pub fn is_about(&self, path: Option<&Path>) -> bool {
-        self.open_error.as_ref().is_some_and(|error| Some(error.path.as_path()) == path)
-    }
-
     /// Adds a remark; one that is there already stays longer instead of coming twice.
     fn remark(&mut self, notice: Notice) {
         self.notices.retain(|old| old.text != notice.text);

@@ -257,7 +257,9 @@ fn draw_stale_tag(ui: &egui::Ui, painter: &egui::Painter, rect: Rect, words: &st
     }
     let font = FontId::proportional(14.0);
     let galley = painter.layout_no_wrap(words.to_owned(), font, Color32::WHITE);
-    let plate = Rect::from_min_size(rect.min + vec2(12.0, 12.0), galley.size() + vec2(16.0, 8.0));
+    // Above the legend: what has gone wrong is said at the top.
+    let size = galley.size() + vec2(16.0, 8.0);
+    let plate = Rect::from_min_size(rect.left_bottom() + vec2(12.0, -100.0 - size.y), size);
     let tag = ui.interact(plate, ui.scope_id().with("stale tag"), Sense::hover());
     tag.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, words));
     let mut painter = painter.clone();

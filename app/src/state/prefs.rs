@@ -120,16 +120,16 @@ impl Prefs {
     fn check(&mut self, dropped: &mut Vec<String>) {
         let usual = Self::default();
         if !Self::ZOOM.contains(&self.zoom) {
-            dropped.push(format!("zoom: {}", self.zoom));
+            dropped.push(format!("zoom: {:?}", self.zoom));
             self.zoom = usual.zoom;
         }
         let WindowPrefs { size, maximized: _, columns } = &mut self.window;
         if !size.iter().all(|side| Self::SIDE.contains(side)) {
-            dropped.push(format!("window size: {} x {}", size[0], size[1]));
+            dropped.push(format!("window size: {:?} x {:?}", size[0], size[1]));
             *size = usual.window.size;
         }
         if !columns.iter().all(|width| Self::COLUMN.contains(width)) {
-            dropped.push(format!("widths of the columns: {} and {}", columns[0], columns[1]));
+            dropped.push(format!("widths of the columns: {:?} and {:?}", columns[0], columns[1]));
             *columns = usual.window.columns;
         }
         self.forget_oldest();
@@ -174,7 +174,7 @@ mod tests {
         for (bad, named) in [
             (r#""zoom": 1e30"#, "zoom"),
             (r#""zoom": "large""#, "zoom"),
-            (r#""window": {"size": [1e9, 700]}"#, "window size: 1000000000 x 700"),
+            (r#""window": {"size": [1e9, 700]}"#, "window size: 1000000000.0 x 700.0"),
             (r#""window": {"size": [1000, -5]}"#, "window size"),
             (r#""window": {"size": [1e999, 700]}"#, ""),
             (r#""window": {"columns": [0, 300]}"#, "columns"),
