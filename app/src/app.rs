@@ -321,6 +321,7 @@ impl MisLabApp {
         };
         let place = self.place(frame.spp());
         let Lab { document, prefs, files, messages, .. } = &mut self.lab;
+        messages.forget_saved();
         if let Err(why) = file_name::check(&place.0) {
             messages.save_error = Some(SaveError { place, message: why, no_folder: false });
             return;

@@ -52,9 +52,13 @@ impl Messages {
 
     /// Remarks that a file was saved, and stays long enough to do something about it.
     pub fn saved(&mut self, text: impl Into<String>, path: PathBuf) {
-        // The one before is under Recent.
-        self.notices.retain(|old| old.path.is_none());
+        self.forget_saved();
         self.remark(Notice { path: Some(path), ..Notice::new(text, Duration::from_secs(12)) });
+    }
+
+    /// Takes back what was said of the file saved before, which is under Recent: the next one is on its way.
+    pub fn forget_saved(&mut self) {
+        self.notices.retain(|old| old.path.is_none());
     }
 
     /// Remarks in passing that something could not be done.

@@ -29,7 +29,7 @@ pub fn figure(frame: &Frame, layer: Layer, view: &ViewState, dark: bool) -> (u32
     }
     let scale = (width as f32 / USUAL_WIDTH).max(1.0);
     let full_width = width.max((NARROWEST * scale).ceil() as u32);
-    let lines = caption(frame, layer);
+    let lines = caption(frame);
     let strip = scale * (2.0 * MARGIN + LEGEND_HEIGHT + LINE_HEIGHT * lines.len() as f32);
     let strip_size = [full_width, strip.ceil() as u32];
     let strip = raster::paint(strip_size, scale, dark, |ui| {
@@ -56,7 +56,7 @@ pub fn figure(frame: &Frame, layer: Layer, view: &ViewState, dark: bool) -> (u32
 }
 
 /// What the picture is, and what made it: true of the frame, whatever the window shows by now.
-fn caption(frame: &Frame, layer: Layer) -> [String; 2] {
+fn caption(frame: &Frame) -> [String; 2] {
     let request = frame.request();
     let settings = &request.settings;
     let estimator = &settings.estimator;
@@ -71,10 +71,7 @@ fn caption(frame: &Frame, layer: Layer) -> [String; 2] {
         how += ", biased";
     }
     let name = crate::state::paths::shortened(&request.scene.name, 40);
-    [
-        format!("{name}: {}", LayerLook::of(layer).name),
-        format!("{how}, {} spp, seed {}", frame.spp(), settings.sampling.seed),
-    ]
+    [format!("{name}: {how}"), format!("{} spp, seed {}", frame.spp(), settings.sampling.seed)]
 }
 
 #[cfg(test)]
@@ -116,6 +113,6 @@ mod tests {
         assert!(strip.iter().any(|p| p[0] > p[2].saturating_add(100)), "amber");
         let bright = strip.iter().filter(|p| p[..3].iter().all(|c| *c > 180)).count();
         assert!(bright > 300, "text: {bright} pixels");
-        assert_eq!(caption(&frame, Layer::ShareLight)[1], "MIS, both, balance heuristic, 2 spp, seed 1");
+        assert_eq!(caption(&frame), ["veach_mis: MIS, both, balance heuristic", "2 spp, seed 1"]);
     }
 }
