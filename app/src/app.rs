@@ -449,7 +449,7 @@ impl MisLabApp {
 
     /// Closing waits for what was to be saved. Asked twice, the window goes, and the saving is finished without it.
     fn close_when_saved(&mut self, ctx: &Context) {
-        let saving = self.lab.files.saving().is_some();
+        let saving = self.lab.files.is_saving();
         if ctx.input(|i| i.viewport().close_requested()) && saving && !self.closing {
             self.closing = true;
             ctx.send_viewport_cmd(ViewportCommand::CancelClose);

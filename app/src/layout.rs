@@ -137,7 +137,7 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     let mut place = ui.available_rect_before_wrap();
     for (slot, (pane, live)) in lab.panes.all_mut().iter_mut().zip(lab.engine.pictures()).enumerate() {
         let outdated = lab.files.is_outdated(lab.document.opened.path.as_deref());
-        let subject = Subject { slot, live, pointed_at: lab.pointed_at, outdated };
+        let subject = Subject { slot, live, pointed_at: lab.pointed_at, outdated, reading: lab.files.is_reading() };
         place = pane.ui(ui, &mut lab.document, &subject, out);
     }
     drop_target(ui, place);
@@ -184,5 +184,5 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Comma
     }
     // Not over buttons, nor over the values of the pixel.
     let corner = picture.with_max_y(picture.bottom() - 64.0);
-    messages::notices_ui(ctx, &mut lab.messages, lab.files.saving(), corner, out);
+    messages::notices_ui(ctx, &mut lab.messages, lab.files.work().as_deref(), corner, out);
 }

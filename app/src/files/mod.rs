@@ -23,6 +23,7 @@ use self::opening::{Reading, read};
 use self::queue::Queue;
 use self::saving::{NotSaved, SaveJob, Saved, write_free};
 use self::watching::{Watched, Watcher};
+use crate::state::paths::{short_name, shortened};
 use crate::state::prefs::Prefs;
 
 /// What came of something started here.
@@ -72,6 +73,9 @@ enum Origin {
 /// A dialog that is gone within this time was never there: a missing portal answers like "cancelled".
 const NO_DIALOG: Duration = Duration::from_millis(400);
 
+/// Reading takes shorter than this, as a rule, and then is not worth a word.
+const NOTICEABLE: Duration = Duration::from_millis(300);
+
 /// Starts work on files and collects what comes of it.
 pub struct Files {
     ctx: egui::Context,
@@ -82,8 +86,8 @@ pub struct Files {
     saving: VecDeque<String>,
     watcher: Watcher,
     readings: u64,
-    /// The last one is not over.
-    reading: bool,
+    /// When the last one was begun, if it is not over.
+    reading: Option<Instant>,
     /// The last one that is over came to nothing.
     failed: bool,
     /// What it reads, and what that depended on the last time.
@@ -107,7 +111,7 @@ impl Files {
             saving: VecDeque::new(),
             watcher,
             readings: 0,
-            reading: false,
+            reading: None,
             failed: false,
             last: None,
         }
@@ -132,7 +136,7 @@ impl Files {
             Origin::Dialog => {}
             Origin::Reading(number) if number != self.readings => return None,
             Origin::Reading(_) => {
-                self.reading = false;
+                self.reading = None;
                 if let FileEvent::Read { reading, .. } = &event {
                     self.failed = reading.outcome.is_err();
                     self.watcher.watch(&reading.files);
@@ -144,9 +148,18 @@ impl Files {
         Some(event)
     }
 
-    /// What is being saved, by name.
-    pub fn saving(&self) -> Option<&str> {
-        self.saving.front().map(String::as_str)
+    /// Is anything being saved?
+    pub fn is_saving(&self) -> bool {
+        !self.saving.is_empty()
+    }
+
+    /// What is being done, in words, as soon as somebody might wonder.
+    pub fn work(&self) -> Option<String> {
+        if let Some(name) = self.saving.front() {
+            return Some(format!("Saving {} \u{2026}", shortened(name, 48)));
+        }
+        let path = self.reading.filter(|since| since.elapsed() >= NOTICEABLE).and_then(|_| self.watched())?;
+        Some(format!("Reading {} \u{2026}", short_name(path)))
     }
 
     /// Finishes all that was to be saved. Returns what could not be.
@@ -224,7 +237,8 @@ impl Files {
     /// Reads a scene or a snapshot, again if it was the last one. Whatever was being read before is given up.
     pub fn open(&mut self, path: PathBuf) {
         self.readings += 1;
-        self.reading = true;
+        self.reading = Some(Instant::now());
+        self.ctx.request_repaint_after(NOTICEABLE);
         let before = self.last.take().filter(|(last, _)| *last == path).map(|(_, files)| files);
         self.last = Some((path.clone(), before.clone().unwrap_or_default()));
         self.start("open", Origin::Reading(self.readings), move || {
@@ -246,13 +260,13 @@ impl Files {
 
     /// Whether a file is being read.
     pub fn is_reading(&self) -> bool {
-        self.reading
+        self.reading.is_some()
     }
 
     /// Forgets the file read last: a scene of the program has none.
     pub fn forget(&mut self) {
         self.readings += 1;
-        self.reading = false;
+        self.reading = None;
         self.failed = false;
         self.last = None;
         self.watcher.watch(&[]);

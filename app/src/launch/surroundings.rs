@@ -1,9 +1,12 @@
 //! What a desktop should have set for a program, and what is done where it has not.
 
+#[cfg(any(unix, test))]
 use std::ffi::OsString;
+#[cfg(any(unix, test))]
 use std::path::{Path, PathBuf};
 
 /// A variable, and its value or that it should not be there.
+#[cfg(any(unix, test))]
 type Change = (&'static str, Option<OsString>);
 
 /// Starts the program again with what the window library needs, where that is missing or misleading: it reads its
@@ -43,7 +46,7 @@ fn private_folder() -> Option<PathBuf> {
 }
 
 /// What has to be otherwise before a window can be opened. After these changes, nothing has.
-#[cfg_attr(not(unix), expect(dead_code, reason = "other systems have no such variables"))]
+#[cfg(any(unix, test))]
 fn changes(
     variable: impl Fn(&str) -> Option<OsString>,
     answers: impl Fn(&Path) -> bool,

@@ -139,11 +139,11 @@ pub fn warnings_ui(ui: &mut Ui, warnings: &[Diagnostic]) {
     ui.add_space(GRID);
 }
 
-/// The remarks of the last seconds and what is being saved, above the lower right corner of `rect`.
+/// The remarks of the last seconds and what is being done, above the lower right corner of `rect`.
 pub fn notices_ui(
     ctx: &egui::Context,
     messages: &mut Messages,
-    saving: Option<&str>,
+    work: Option<&str>,
     rect: Rect,
     out: &mut Vec<Command>,
 ) {
@@ -152,7 +152,7 @@ pub fn notices_ui(
     notices.retain(|notice| notice.until > now);
     if let Some(next) = notices.iter().map(|notice| notice.until).min() {
         ctx.request_repaint_after(next - now);
-    } else if saving.is_none() {
+    } else if work.is_none() {
         return;
     }
     let area = Area::new(Id::unique("notices")).order(Order::Foreground);
@@ -178,9 +178,9 @@ pub fn notices_ui(
                 }
             });
         }
-        if let Some(name) = saving {
+        if let Some(work) = work {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
-                ui.label(format!("Saving {} \u{2026}", shortened(name, 48)));
+                ui.label(work);
             });
         }
     });

@@ -24,6 +24,8 @@ pub struct Subject<'a> {
     pub pointed_at: Option<Target>,
     /// The file has changed and cannot be read: the picture is of the file as it was.
     pub outdated: bool,
+    /// A file is being read.
+    pub reading: bool,
 }
 
 /// One picture on screen.
@@ -70,7 +72,7 @@ impl Pane {
         self.pixel = shown.hovered_pixel;
         let rect = shown.response.rect;
         let Some(frame) = frame else {
-            let text = "Rendering the first picture \u{2026}";
+            let text = if on.reading { "Reading the scene \u{2026}" } else { "Rendering the first picture \u{2026}" };
             let font = egui::TextStyle::Heading.resolve(ui.style());
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, font, ui.visuals().weak_text_color());
             return rect;

@@ -73,6 +73,8 @@ impl Prefs {
 
     /// Puts a file at the top of the recent ones.
     pub fn remember(&mut self, path: PathBuf) {
+        // The next run may be started elsewhere.
+        let path = std::path::absolute(&path).unwrap_or(path);
         self.recent.retain(|p| *p != path);
         self.recent.insert(0, path);
         self.forget_oldest();
