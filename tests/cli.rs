@@ -634,6 +634,44 @@ fn without_a_display_the_pictures_and_the_table_are_made() {
 }
 
 #[test]
+fn without_a_display_no_file_is_replaced() {
+    let place = Place::new();
+    place.write(
+        "small.pbrt",
+        &scene_with_header("Film \"image\" \"integer xresolution\" [16] \"integer yresolution\" [16]"),
+    );
+    place.write("veachMIS_L.exr", "somebody's own");
+    let ran = place.run("small.pbrt");
+    ran.expect_code(0).expect_err(&["veachMIS_L_2.exr: light", "veachMIS_L.exr: was there before and is kept"]);
+    assert_eq!(std::fs::read_to_string(place.path("veachMIS_L.exr")).expect("is there"), "somebody's own");
+    assert_eq!(place.image("veachMIS_L_2.exr").display.size, [16, 16]);
+    assert!(!place.files().contains(&"veachMIS_BSDF_2.exr".to_owned()), "what is free keeps its name");
+    place.run("small.pbrt").expect_code(0);
+    assert_eq!(place.image("veachMIS_BSDF_2.exr").attribute("strategy"), Some("bsdf"), "nor those of the run before");
+}
+
+#[test]
+fn a_misspelt_command_opens_no_window() {
+    let place = Place::new();
+    for line in ["rendr", "rendr a.pbrt", "rendr --spp 4"] {
+        let ran = place.run(line);
+        ran.expect_code(2).expect_err(&["\"rendr\" is neither a command nor a file", "did you mean render?"]);
+        assert!(!ran.err.contains("No window"), "{}", ran.err);
+    }
+    assert!(place.files().is_empty());
+}
+
+#[test]
+fn a_home_folder_is_found_where_the_shell_leaves_it() {
+    let place = Place::new();
+    let mut command = place.command("render --size 8x8 --spp 1 --quiet --outfile=~/deep.exr");
+    let home = Place::new();
+    command.env("HOME", home.0.path());
+    assert_eq!(command.status().expect("the program starts").code(), Some(0));
+    assert!(home.path("deep.exr").exists() && place.files().is_empty());
+}
+
+#[test]
 fn help_names_every_command_and_option() {
     let place = Place::new();
     let help = place.run("--help");

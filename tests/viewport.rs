@@ -39,7 +39,11 @@ impl eframe::App for App {
         let Self { gpu, cpu, on_gpu, layer, view, planes, stale, dark, legend, last } = self;
         ui.ctx().set_theme(if *dark { egui::Theme::Dark } else { egui::Theme::Light });
         let viewport = if *on_gpu { gpu } else { cpu };
-        let shown = viewport.ui(ui, view, Shown { layer: *layer, planes: planes.as_ref(), stale: *stale });
+        let shown = viewport.ui(
+            ui,
+            view,
+            Shown { layer: *layer, planes: planes.as_ref(), stale: stale.then_some("previous settings") },
+        );
         if *legend {
             legend_overlay(ui, shown.response.rect, *layer, view);
         }

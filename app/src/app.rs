@@ -1,33 +1,39 @@
 //! The window as a program: how it starts, what every command does, and what happens in each pass.
 
-use std::path::PathBuf;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use eframe::egui::{self, Context, ViewportCommand};
 use eframe::egui_wgpu::RenderState;
 use mislab_renderer::Pace;
 
 use crate::files::FileEvent;
-use crate::files::opening::{read, shipped};
-use crate::files::saving::SaveJob;
+use crate::files::kept::{Due, Kept};
+use crate::files::opening::{Reading, shipped};
+use crate::files::saving::{NotSaved, SaveJob, Saved};
+use crate::files::showing::show_in_folder;
 use crate::lab::Lab;
 use crate::layout::{FULL_WIDTH, window_ui};
 use crate::look::theme;
-use crate::panel::messages::OpenError;
+use crate::panel::messages::{OpenError, SaveError};
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
+use crate::picture::figure::figure;
 use crate::picture::live::LivePicture;
 use crate::picture::normalise::normalise;
 use crate::picture::pixel::Pixel;
 use crate::picture::planes::Planes;
-use crate::picture::still::render_to_rgba8;
 use crate::state::command::{Command, Shipped};
+use crate::state::destination::Destination;
 use crate::state::document::{Document, Opened};
 use crate::state::history::EditKey;
-use crate::state::keys;
 use crate::state::pacing::Pacing;
+use crate::state::paths::{short_name, shortened};
 use crate::state::prefs::Prefs;
 use crate::state::view::StoredView;
+use crate::state::{file_name, keys};
 
 /// How the app is started.
 #[derive(Clone, Debug, Default)]
@@ -36,8 +42,12 @@ pub struct AppOptions {
     pub scene: Option<PathBuf>,
     /// Worker threads; 0 is one per core.
     pub threads: usize,
-    /// Settings of the window, instead of those kept from the last run.
-    pub prefs: Option<Prefs>,
+    /// What was kept from the last run.
+    pub prefs: Prefs,
+    /// Where that is kept; `None` forgets it.
+    pub prefs_file: Option<PathBuf>,
+    /// To be said at the start.
+    pub remark: Option<String>,
 }
 
 /// What the graphics driver reported, from whatever thread.
@@ -48,48 +58,45 @@ pub struct MisLabApp {
     lab: Lab,
     gpu_trouble: GpuTrouble,
     title: String,
+    kept: Option<Kept>,
+    /// A scene is being read in place of which nothing has been shown yet.
+    starting: bool,
+    /// The window is to close once everything asked for is saved.
+    closing: bool,
 }
 
 impl MisLabApp {
-    /// Key of [`Prefs`] in the window library's storage.
-    const STORAGE_KEY: &'static str = "mislab";
+    /// How long the window waits for the scene it was started with before it shows up without.
+    const PATIENCE: Duration = Duration::from_millis(300);
 
     /// Starts the workers on the first picture.
     pub fn new(cc: &eframe::CreationContext<'_>, options: AppOptions) -> Self {
         let ctx = &cc.egui_ctx;
-        let stored = || cc.storage.and_then(|s| eframe::get_value::<Prefs>(s, Self::STORAGE_KEY));
-        let mut prefs = options.prefs.or_else(stored).unwrap_or_default().sane();
-
-        let mut open_error = None;
-        let opened = options.scene.map(|path| match read(&path) {
-            Ok(opened) => {
-                prefs.remember(path);
-                opened
-            }
-            Err(error) => {
-                open_error = Some(OpenError { path, message: error.to_string() });
-                shipped(Shipped::Veach)
-            }
-        });
-        let from_command_line = opened.is_some();
-        let opened = opened.unwrap_or_else(|| shipped(Shipped::Veach));
-        if from_command_line || prefs.save.stem.is_empty() {
-            prefs.save.stem.clone_from(&opened.snapshot_stem);
-        }
+        let AppOptions { scene, threads, prefs, prefs_file, remark } = options;
+        let kept = prefs_file.map(|path| Kept::new(path, prefs.clone()));
 
         theme::install_fonts(ctx);
         ctx.options_mut(|o| o.zoom_with_keyboard = false);
         ctx.set_theme(prefs.theme);
         ctx.set_zoom_factor(prefs.zoom);
-        let mut lab = Lab::new(ctx, Document::new(opened), prefs, options.threads);
-        lab.messages.open_error = open_error;
+        let mut lab = Lab::new(ctx, Document::new(shipped(Shipped::Veach)), prefs, threads);
+        if let Some(remark) = remark {
+            lab.messages.complain(remark);
+        }
         let gpu_trouble = GpuTrouble::default();
         if let Some(state) = &cc.wgpu_render_state {
             watch_gpu(state, &gpu_trouble, ctx);
             lab.draw_on(state);
         }
-        let app = Self { lab, gpu_trouble, title: String::new() };
+        let starting = scene.is_some();
+        let mut app = Self { lab, gpu_trouble, title: String::new(), kept, starting, closing: false };
         app.install_look(ctx);
+        if let Some(path) = scene {
+            app.lab.files.open(path);
+            for event in app.lab.files.events_within(Self::PATIENCE) {
+                app.handle(event);
+            }
+        }
         app
     }
 
@@ -119,7 +126,7 @@ impl MisLabApp {
 
     /// Carries out one command.
     pub fn apply(&mut self, ctx: &Context, command: Command) {
-        let Lab { document, history, pacing, prefs, engine, files, sheets, .. } = &mut self.lab;
+        let Lab { document, history, pacing, prefs, destination, engine, files, sheets, messages, .. } = &mut self.lab;
         match command {
             Command::Edit(edit) => {
                 self.change(edit.key(), |document| edit.apply(document));
@@ -147,9 +154,21 @@ impl MisLabApp {
             }
             Command::OpenTyped => sheets.open = Some(OpenSheet::default()),
             Command::OpenPath(path) => files.open(path),
-            Command::OpenShipped(which) => self.take_over(shipped(which)),
-            Command::Save => self.save(ctx),
-            Command::ChooseFolder => files.pick_folder(prefs.save.folder.clone()),
+            Command::Reload => self.reload(),
+            Command::DismissOpenError => messages.open_error = None,
+            Command::OpenShipped(which) => self.take_over_shipped(which),
+            Command::Save => self.save(ctx, false),
+            Command::SaveCreatingFolder => self.save(ctx, true),
+            Command::ShowInFolder(path) => {
+                if let Err(why) = show_in_folder(&path) {
+                    messages.complain(why);
+                }
+            }
+            Command::CopyPath(path) => {
+                ctx.copy_text(path.display().to_string());
+                messages.say("The path is on the clipboard.");
+            }
+            Command::ChooseFolder => files.pick_folder(destination.folder(document)),
             Command::CopyPicture => self.copy_picture(ctx),
             Command::CopyValues => self.copy_values(ctx),
             Command::TogglePanels => {
@@ -203,7 +222,7 @@ impl MisLabApp {
         let Some(frame) = self.lab.live().frame() else { return };
         let document = &self.lab.document;
         let dark = ctx.theme() == egui::Theme::Dark;
-        let (w, h, rgba) = render_to_rgba8(&frame, document.active().layer, &document.view, dark);
+        let (w, h, rgba) = figure(&frame, document.active().layer, &document.view, dark);
         ctx.copy_image(egui::ColorImage::from_rgba_unmultiplied([w as usize, h as usize], &rgba));
         self.lab.messages.say("The picture is on the clipboard.");
     }
@@ -233,65 +252,139 @@ impl MisLabApp {
         if self.lab.prefs.panels { (points_at_one / FULL_WIDTH).max(1.0) } else { *Prefs::ZOOM.end() }
     }
 
-    fn take_over(&mut self, opened: Opened) {
-        let Lab { document, history, prefs, swatches, sheets, messages, .. } = &mut self.lab;
-        prefs.save.stem.clone_from(&opened.snapshot_stem);
+    /// Goes on with another scene, or with the same one after its file has changed.
+    fn take_over(&mut self, mut opened: Opened, changes: Option<&str>) {
+        let Lab { document, history, prefs, destination, swatches, sheets, messages, .. } = &mut self.lab;
+        messages.open_error = None;
+        sheets.open = None;
         if let Some(path) = &opened.path {
             prefs.remember(path.clone());
         }
-        let before = std::mem::replace(document, Document::new(opened));
-        history.record(before, EditKey("open", 0));
-        history.end_gesture();
+        let again = opened.path.is_some() && opened.path == document.opened.path;
+        if again && let Some(changes) = changes {
+            let name = opened.path.as_deref().map(short_name).unwrap_or_default();
+            messages.say(match changes {
+                "" => format!("{name} has not changed."),
+                changes => {
+                    let undo = if document.is_edited() { " Ctrl+Z brings back what was set here." } else { "" };
+                    format!("{name} was read again. Changed: {changes}.{undo}")
+                }
+            });
+        }
+        if again && opened == *document.opened {
+            return;
+        }
+        if opened.scene == document.opened.scene {
+            // Undo keeps every version: a mesh is not to be kept once for each.
+            opened.scene = document.opened.scene.clone();
+        }
+        let after = if again { document.reloaded(opened) } else { Document::new(opened) };
+        let before = std::mem::replace(document, after);
+        if !self.starting {
+            history.record(before, EditKey("open", 0));
+            history.end_gesture();
+        }
+        self.starting = false;
+        if !again {
+            *destination = Destination::default();
+            messages.save_error = None;
+        }
         swatches.clear();
-        messages.open_error = None;
-        sheets.open = None;
     }
 
-    fn save(&mut self, ctx: &Context) {
+    fn take_over_shipped(&mut self, which: Shipped) {
+        self.lab.files.forget();
+        self.take_over(shipped(which), None);
+    }
+
+    /// Reads again what is open, or what could not be opened.
+    fn reload(&mut self) {
+        let Lab { document, files, messages, .. } = &mut self.lab;
+        let failed = messages.open_error.as_ref().map(|error| &error.path);
+        match failed.or(document.opened.path.as_ref()) {
+            Some(path) => files.open(path.clone()),
+            None => messages.say("This scene is inside the program: there is no file to read again."),
+        }
+    }
+
+    /// The name and folder of the next snapshot.
+    fn place(&self, spp: u32) -> (String, PathBuf) {
+        let Lab { document, destination, .. } = &self.lab;
+        (destination.name(document, spp), destination.folder(document))
+    }
+
+    fn save(&mut self, ctx: &Context, create: bool) {
         let frame = self.lab.live().current_frame();
-        let Lab { document, prefs, files, messages, .. } = &mut self.lab;
         let Some(frame) = frame else {
-            messages.complain("Not saved: the first picture with these settings is not complete yet");
+            self.lab.messages.complain("Not saved: the first picture with these settings is not complete yet");
             return;
         };
-        let stem = match prefs.save.stem.trim() {
-            "" => document.opened.snapshot_stem.clone(),
-            stem => stem.to_owned(),
-        };
+        let place = self.place(frame.spp());
+        let Lab { document, prefs, files, messages, .. } = &mut self.lab;
+        messages.forget_saved();
+        if let Err(why) = file_name::check(&place.0) {
+            messages.save_error = Some(SaveError { place, message: why, no_folder: false });
+            return;
+        }
+        messages.save_error = None;
+        let (name, folder) = place;
         files.save(SaveJob {
             frame,
             view: StoredView { layer: document.active().layer, view: document.view.clone() },
             dark: ctx.theme() == egui::Theme::Dark,
-            folder: prefs.save.folder.clone(),
-            stem,
-            png: prefs.save.png,
+            folder,
+            create,
+            name,
+            png: prefs.png,
         });
     }
 
     fn handle(&mut self, event: FileEvent) {
-        let Lab { prefs, files, sheets, messages, .. } = &mut self.lab;
+        let Lab { prefs, destination, files, sheets, messages, .. } = &mut self.lab;
         match event {
             FileEvent::Picked(path) => files.open(path),
-            FileEvent::PickedFolder(folder) => prefs.save.folder = folder,
+            FileEvent::PickedFolder(folder) => destination.folder = Some(folder.display().to_string()),
             FileEvent::NoDialog => {
                 let remark = "This desktop offers no file dialog: type a path, or drop a file on the window.";
                 sheets.open = Some(OpenSheet { remark, ..OpenSheet::default() });
             }
-            FileEvent::Opened(opened) => self.take_over(*opened),
-            FileEvent::OpenFailed { path, message } => messages.open_error = Some(OpenError { path, message }),
-            FileEvent::Saved { path, notice } => {
-                let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into());
+            FileEvent::Read { reading, changes } => {
+                let Reading { path, outcome, files: _ } = *reading;
+                match outcome {
+                    Ok(opened) => self.take_over(*opened, changes.as_deref()),
+                    Err(why) => {
+                        messages.open_error = Some(OpenError { path, why });
+                        self.starting = false;
+                    }
+                }
+            }
+            FileEvent::Changed => {
+                if let Some(path) = files.watched().map(Path::to_owned) {
+                    files.open(path);
+                }
+            }
+            FileEvent::Saved(Saved { path, png, notice }) => {
+                let folder = path.parent().unwrap_or(Path::new(".")).display().to_string();
+                let with = if png { " and its PNG" } else { "" };
                 let notice = notice.map_or(String::new(), |n| format!(" ({n})"));
-                messages.say(format!("Saved {name}{notice}"));
+                let text = format!("Saved {}{with} in {}{notice}", short_name(&path), shortened(&folder, 120));
+                prefs.remember(path.clone());
+                messages.saved(text, path);
                 messages.save_error = None;
             }
+            FileEvent::NotSaved(NotSaved { name, folder, no_folder, message }) => {
+                messages.save_error = Some(SaveError { place: (name, folder), message, no_folder });
+                // The reason is on screen, and so is the picture.
+                self.closing = false;
+            }
             FileEvent::TableSaved(what) => messages.say(what),
-            FileEvent::TableNotSaved(message) => messages.complain(format!("Not saved: {message}")),
-            FileEvent::SaveFailed(message) => {
-                if !(prefs.panels && prefs.inspector) {
-                    messages.complain(format!("Not saved: {message}"));
-                }
-                messages.save_error = Some(message);
+            FileEvent::TableNotSaved(message) => {
+                messages.complain(format!("Not saved: {message}"));
+                self.closing = false;
+            }
+            FileEvent::Broken(message) => {
+                messages.complain(message);
+                self.closing = false;
             }
         }
     }
@@ -303,9 +396,18 @@ impl MisLabApp {
         }
         self.lab.match_slots();
         let dropped: Vec<PathBuf> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
-        if let Some(path) = dropped.into_iter().next() {
-            self.lab.files.open(path);
+        if let [first, others @ ..] = dropped.as_slice() {
+            self.lab.files.open(first.clone());
+            if !others.is_empty() {
+                let others: Vec<String> = others.iter().map(|path| short_name(path)).collect();
+                let others = shortened(&others.join(", "), 120);
+                let message = format!("One file at a time: {} is opened, not {others}.", short_name(first));
+                self.lab.messages.complain(message);
+            }
         }
+        self.look_after_files();
+        self.close_when_saved(ctx);
+        self.keep_prefs(ctx);
         // A scale kept from a larger screen must not push the panels out of a smaller one.
         let zoom = self.lab.prefs.zoom.min(self.zoom_room(ctx));
         if (ctx.zoom_factor() - zoom).abs() > 1e-3 {
@@ -320,10 +422,77 @@ impl MisLabApp {
         }
     }
 
+    /// Watches the file of the document, wherever that came from (undo goes back to another), or one that could not be opened.
+    fn look_after_files(&mut self) {
+        let Lab { document, files, messages, destination, .. } = &mut self.lab;
+        let failed = messages.open_error.as_ref().map(|error| error.path.as_path());
+        let wanted = failed.or(document.opened.path.as_deref());
+        if !files.is_reading() && wanted != files.watched() {
+            match wanted {
+                Some(path) => files.open(path.to_owned()),
+                None => files.forget(),
+            }
+        }
+        // With another name or folder, or once the folder is there, it is no longer true that it cannot be saved.
+        if let Some(SaveError { place: (name, folder), no_folder, .. }) = &messages.save_error {
+            let moved = *folder != destination.folder(document);
+            let renamed = match &destination.name {
+                Some(_) => *name != destination.name(document, 0),
+                // The default can always be used.
+                None => file_name::check(name).is_err(),
+            };
+            if moved || renamed || (*no_folder && folder.exists()) {
+                messages.save_error = None;
+            }
+        }
+    }
+
+    /// Closing waits for what was to be saved. Asked twice, the window goes, and the saving is finished without it.
+    fn close_when_saved(&mut self, ctx: &Context) {
+        let saving = self.lab.files.is_saving();
+        if ctx.input(|i| i.viewport().close_requested()) && saving && !self.closing {
+            self.closing = true;
+            ctx.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.lab.messages.say("The window closes when everything is saved.");
+        } else if self.closing && !saving {
+            ctx.send_viewport_cmd(ViewportCommand::Close);
+        }
+    }
+
+    fn keep_prefs(&mut self, ctx: &Context) {
+        let zoom = ctx.zoom_factor();
+        ctx.input(|i| {
+            let window = &mut self.lab.prefs.window;
+            let viewport = i.viewport();
+            window.maximized = viewport.maximized.unwrap_or(window.maximized);
+            let fills_screen =
+                window.maximized || viewport.fullscreen.unwrap_or(false) || viewport.minimized.unwrap_or(false);
+            if let Some(inner) = viewport.inner_rect.filter(|_| !fills_screen) {
+                let size = (inner.size() * zoom).round();
+                if size.x > 1.0 && size.y > 1.0 {
+                    window.size = size.into();
+                }
+            }
+        });
+        let Lab { prefs, files, .. } = &self.lab;
+        if let Some(kept) = &mut self.kept {
+            match kept.due(prefs, false) {
+                Due::No => {}
+                Due::In(wait) => ctx.request_repaint_after(wait),
+                Due::Now => files.keep(&kept.path, prefs),
+            }
+        }
+    }
+
     /// Hands the renderer what the commands of this pass have made of the document.
     fn submit(&mut self, ctx: &Context) {
         let Lab { document, engine, pacing, sheets, history, .. } = &mut self.lab;
-        engine.set_pace(if sheets.table.is_running() { Pace::Paused } else { pacing.pace() });
+        if self.starting {
+            return;
+        }
+        // A table is not to be spoiled, and who closes the window waits for the saving alone.
+        let hold = sheets.table.is_running() || self.closing;
+        engine.set_pace(if hold { Pace::Paused } else { pacing.pace() });
         for (live, slot) in engine.pictures_mut().iter_mut().zip(document.slots()) {
             live.submit(document.request(slot));
             if let Some(wait) = live.marked_in().filter(|wait| !wait.is_zero()) {
@@ -358,13 +527,23 @@ impl eframe::App for MisLabApp {
         self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::release);
     }
 
-    fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        eframe::set_value(storage, Self::STORAGE_KEY, &self.lab.prefs);
+    fn persist_egui_memory(&self) -> bool {
+        false
     }
 
     fn on_exit(&mut self) {
         self.lab.sheets.table.stop();
         self.lab.engine.stop();
+        let Lab { prefs, files, .. } = &mut self.lab;
+        if let Some(kept) = &mut self.kept
+            && kept.due(prefs, true) == Due::Now
+        {
+            files.keep(&kept.path, prefs);
+        }
+        for failure in files.finish() {
+            // There is no window left to say it in.
+            let _ = writeln!(std::io::stderr(), "{failure}");
+        }
     }
 }
 

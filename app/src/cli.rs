@@ -16,6 +16,7 @@ mod converge;
 mod failure;
 mod info;
 mod input;
+mod misspelt;
 mod output;
 mod progress;
 mod render;
@@ -31,23 +32,12 @@ use crate::launch::{NoWindow, run_app};
 
 /// Runs the program with the arguments of this process.
 pub fn main() -> ExitCode {
-    let args = match Args::try_parse_from(argv::with_double_dashes(std::env::args_os())) {
-        Ok(args) => args,
+    let argv = argv::with_double_dashes(std::env::args_os());
+    let done = misspelt::check(&argv).and_then(|()| match Args::try_parse_from(argv) {
+        Ok(args) => run(args),
         // Help and version come this way too, to standard output and with code 0.
         Err(message) => message.exit(),
-    };
-    let done = match args.command {
-        Some(Command::Render(args)) => render::run(args),
-        Some(Command::Table(args)) => table::run(args),
-        Some(Command::Converge(args)) => converge::run(args),
-        Some(Command::Compare(args)) => compare::run(&args),
-        Some(Command::Info(args)) => info::run(&args),
-        Some(Command::Bench(args)) => bench::run(&args),
-        None => match run_app(args.scene.clone()) {
-            Ok(()) => Ok(()),
-            Err(NoWindow { reason }) => table::instead_of_window(args.scene, &reason),
-        },
-    };
+    });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Run(message)) => {
@@ -58,5 +48,20 @@ pub fn main() -> ExitCode {
             output::message(&format!("error: {message}\n\nFor more information, try '--help'."));
             ExitCode::from(2)
         }
+    }
+}
+
+fn run(args: Args) -> Result<(), Failure> {
+    match args.command {
+        Some(Command::Render(args)) => render::run(args),
+        Some(Command::Table(args)) => table::run(args),
+        Some(Command::Converge(args)) => converge::run(args),
+        Some(Command::Compare(args)) => compare::run(&args),
+        Some(Command::Info(args)) => info::run(&args),
+        Some(Command::Bench(args)) => bench::run(&args),
+        None => match run_app(args.scene.clone()) {
+            Ok(()) => Ok(()),
+            Err(NoWindow { reason }) => table::instead_of_window(args.scene, &reason),
+        },
     }
 }

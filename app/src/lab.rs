@@ -14,6 +14,7 @@ use crate::picture::live::LivePicture;
 use crate::picture::pane::{Pane, Panes};
 use crate::picture::picking::Target;
 use crate::picture::swatch::Swatches;
+use crate::state::destination::Destination;
 use crate::state::document::Document;
 use crate::state::history::History;
 use crate::state::pacing::Pacing;
@@ -29,6 +30,8 @@ pub struct Lab {
     pub pacing: Pacing,
     /// What is kept between runs.
     pub prefs: Prefs,
+    /// Where snapshots of this scene go.
+    pub destination: Destination,
     /// The workers and a live picture for each slot of the document.
     pub engine: Engine,
     /// What is on screen of each.
@@ -66,6 +69,7 @@ impl Lab {
             history: History::default(),
             pacing: Pacing::default(),
             prefs,
+            destination: Destination::default(),
             engine: Engine::new(ctx, threads),
             panes: Panes::new(None),
             pointed_at: None,
@@ -99,6 +103,12 @@ impl Lab {
     /// Its pane.
     pub fn pane(&self) -> &Pane {
         &self.panes.all()[self.document.active_index()]
+    }
+
+    /// Samples per pixel that a snapshot of the picture will have once it is complete; where it never is, that it has now.
+    pub fn snapshot_spp(&self) -> u32 {
+        let now = || self.live().current_frame().map_or(1, |frame| frame.spp());
+        self.document.sampling.spp.map_or_else(now, |target| target.get())
     }
 
     /// The size of type: larger in the projector view.

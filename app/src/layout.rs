@@ -22,10 +22,12 @@ pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
         status_bar(ui, lab, out);
         // At a large interface scale the picture is worth more than the panels.
         if ui.available_width() > 620.0 {
-            left_column(ui, lab, out);
+            let width = width_taken(ui, |ui| left_column(ui, lab, out));
+            lab.prefs.window.columns[0] = width;
         }
         if lab.prefs.inspector && ui.available_width() > 760.0 {
-            right_column(ui, lab, out);
+            let width = width_taken(ui, |ui| right_column(ui, lab, out));
+            lab.prefs.window.columns[1] = width;
         }
     } else if ui.available_width() > 1.6 * ui.available_height() {
         // Beside a picture as high as the screen there is room for the blackboard.
@@ -35,8 +37,15 @@ pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
         });
     }
     caption_strip(ui, lab);
-    CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, out));
-    sheets(ui.ctx(), lab, out);
+    let place = CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, out)).inner;
+    sheets(ui.ctx(), lab, place, out);
+}
+
+/// Draws a column and returns its width in whole points.
+fn width_taken(ui: &mut Ui, draw: impl FnOnce(&mut Ui)) -> f32 {
+    let before = ui.available_width();
+    draw(ui);
+    (before - ui.available_width()).round()
 }
 
 fn bar_frame(ui: &Ui) -> Frame {
@@ -79,7 +88,7 @@ fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 }
 
 fn left_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
-    let panel = Panel::left("left column").default_size(320.0).size_range(296.0..=520.0);
+    let panel = Panel::left("left column").default_size(lab.prefs.window.columns[0]).size_range(296.0..=520.0);
     panel.frame(column_frame(ui)).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             let document = &lab.document;
@@ -93,7 +102,7 @@ fn left_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
 }
 
 fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
-    let panel = Panel::right("right column").default_size(340.0).size_range(280.0..=560.0);
+    let panel = Panel::right("right column").default_size(lab.prefs.window.columns[1]).size_range(280.0..=560.0);
     panel.frame(column_frame(ui)).show(ui, |ui| {
         formula::formula_ui(ui, &lab.document.active().estimator, TypeScale::Desk);
         ui.separator();
@@ -101,7 +110,8 @@ fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
             messages::warnings_ui(ui, &lab.document.opened.warnings);
             display::display_ui(ui, &lab.document, out);
             ui.add_space(GRID);
-            save::save_ui(ui, &mut lab.prefs.save, lab.messages.save_error.as_deref(), out);
+            let spp = lab.snapshot_spp();
+            save::save_ui(ui, &mut lab.destination, &mut lab.prefs.png, &lab.document, spp, out);
         });
     });
 }
@@ -117,8 +127,8 @@ fn caption_strip(ui: &mut Ui, lab: &Lab) {
     });
 }
 
-/// The pictures of all slots: for now there is one, over the whole place.
-fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
+/// The pictures of all slots: for now there is one, over the whole place. Returns where it is.
+fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     if let Some(frame) = lab.live().frame()
         && lab.prefs.panels
     {
@@ -126,13 +136,15 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     }
     let mut place = ui.available_rect_before_wrap();
     for (slot, (pane, live)) in lab.panes.all_mut().iter_mut().zip(lab.engine.pictures()).enumerate() {
-        let subject = Subject { slot, live, pointed_at: lab.pointed_at };
+        let outdated = lab.files.is_outdated(lab.document.opened.path.as_deref());
+        let subject = Subject { slot, live, pointed_at: lab.pointed_at, outdated, reading: lab.files.is_reading() };
         place = pane.ui(ui, &mut lab.document, &subject, out);
     }
     drop_target(ui, place);
     let failed = lab.live().status().filter(|s| s.state == State::Failed);
     let failed = failed.map(|s| s.error.unwrap_or_else(|| "this scene cannot be rendered".into()));
-    messages::errors_ui(ui, place, &mut lab.messages, failed.as_deref());
+    messages::errors_ui(ui, place, &mut lab.messages, failed.as_deref(), out);
+    place
 }
 
 /// Says that a file over the window can be dropped.
@@ -146,15 +158,16 @@ fn drop_target(ui: &Ui, rect: Rect) {
 }
 
 /// What lies over the window.
-fn sheets(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
+fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Command>) {
     let sheets = &mut lab.sheets;
     let on_top = sheets.help || sheets.palette.is_some() || sheets.open.is_some();
     if !on_top && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
         sheets.table.open = false;
-        lab.messages.open_error = None;
+        out.push(Command::DismissOpenError);
     }
     if sheets.table.open {
-        table::table_ui(ctx, &mut sheets.table, &lab.document.scene, &lab.prefs.save, &lab.files);
+        let folder = lab.destination.folder(&lab.document);
+        table::table_ui(ctx, &mut sheets.table, &lab.document.scene, &folder, &mut lab.files);
     }
     if sheets.help {
         sheets.help = help::help_ui(ctx);
@@ -169,6 +182,7 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
     {
         sheets.palette = None;
     }
-    let corner = ctx.content_rect().with_max_y(ctx.content_rect().bottom() - 36.0);
-    messages::notices_ui(ctx, &mut lab.messages, corner);
+    // Not over buttons, nor over the values of the pixel.
+    let corner = picture.with_max_y(picture.bottom() - 64.0);
+    messages::notices_ui(ctx, &mut lab.messages, lab.files.work().as_deref(), corner, out);
 }

@@ -3,11 +3,12 @@
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PathBufValueParser, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, Strategy};
 
 use super::output::{Destination, PictureFile};
+use crate::state::paths::expand_home;
 
 /// A laboratory for multiple importance sampling.
 ///
@@ -19,6 +20,7 @@ pub(super) struct Args {
     #[command(subcommand)]
     pub(super) command: Option<Command>,
     /// A scene (.pbrt), or a picture saved by this program (.exr), which restores scene and settings
+    #[arg(value_parser = path())]
     pub(super) scene: Option<PathBuf>,
 }
 
@@ -77,6 +79,7 @@ pub(super) struct RenderArgs {
 #[derive(Debug, clap::Args)]
 pub(super) struct PictureArgs {
     /// A scene (.pbrt), or a picture saved by this program (.exr), to render again [default: Veach's scene]
+    #[arg(value_parser = path())]
     pub(super) scene: Option<PathBuf>,
 
     /// Probability of a light sample in the strategy `mis`, in [0, 1]
@@ -148,7 +151,7 @@ pub(super) struct ConvergeArgs {
     pub(super) replicates: u32,
 
     /// A converged picture of the same pixels, taken as exact [default: rendered by the program]
-    #[arg(long, value_name = "F.exr")]
+    #[arg(long, value_name = "F.exr", value_parser = path())]
     pub(super) reference: Option<PathBuf>,
 
     /// Also each of the tutorial's squares by itself: light small or large, BSDF broad or sharp
@@ -182,6 +185,7 @@ pub(super) struct HowArgs {
 #[derive(Debug, clap::Args)]
 pub(super) struct TableArgs {
     /// A scene (.pbrt) or a picture saved by this program (.exr) with plates and lights [default: Veach's scene]
+    #[arg(value_parser = path())]
     pub(super) scene: Option<PathBuf>,
 
     /// Size of all pictures [default: the SCENE's; the tutorial's own sizes without SCENE or if it has 800x800]
@@ -189,7 +193,7 @@ pub(super) struct TableArgs {
     pub(super) size: Option<[u32; 2]>,
 
     /// Folder for the four pictures, created if need be
-    #[arg(long, value_name = "DIR", default_value = ".")]
+    #[arg(long, value_name = "DIR", default_value = ".", value_parser = path())]
     pub(super) outdir: PathBuf,
 
     /// How the table is printed
@@ -203,11 +207,11 @@ pub(super) struct TableArgs {
 #[derive(Debug, clap::Args)]
 pub(super) struct CompareArgs {
     /// The picture
-    #[arg(value_name = "A.exr")]
+    #[arg(value_name = "A.exr", value_parser = path())]
     pub(super) a: PathBuf,
 
     /// The reference
-    #[arg(value_name = "B.exr")]
+    #[arg(value_name = "B.exr", value_parser = path())]
     pub(super) b: PathBuf,
 
     /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
@@ -218,7 +222,7 @@ pub(super) struct CompareArgs {
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArgs {
     /// The picture
-    #[arg(value_name = "FILE.exr")]
+    #[arg(value_name = "FILE.exr", value_parser = path())]
     pub(super) file: PathBuf,
 }
 
@@ -254,6 +258,11 @@ fn names<const N: usize, T: Clone + Send + Sync + 'static>(
     from_name: fn(&str) -> Option<T>,
 ) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names).try_map(move |name| from_name(&name).ok_or("not a known name"))
+}
+
+/// A path, with `~` for the home folder also where the shell leaves it (`--outdir=~/pictures`).
+fn path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().map(expand_home)
 }
 
 fn unit(text: &str) -> Result<f32, String> {
@@ -325,7 +334,7 @@ fn alpha(text: &str) -> Result<Alpha, String> {
 }
 
 fn picture_file(text: &str) -> Result<PictureFile, String> {
-    PictureFile::new(text.into()).ok_or_else(|| "expected a name that ends in .exr or .png".to_owned())
+    PictureFile::new(expand_home(text.into())).ok_or_else(|| "expected a name that ends in .exr or .png".to_owned())
 }
 
 #[cfg(test)]

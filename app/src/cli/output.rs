@@ -9,6 +9,7 @@ use mislab_renderer::{Frame, Layer, snapshot};
 
 use super::failure::Failure;
 use crate::picture::still::render_to_rgba8;
+use crate::state::paths::expand_home;
 use crate::state::view::{ToneMap, ViewState};
 
 /// A line on standard error. Nobody is left to be told if that fails.
@@ -38,7 +39,7 @@ impl FromStr for Destination {
     type Err = Infallible;
 
     fn from_str(text: &str) -> Result<Self, Infallible> {
-        Ok(if text == "-" { Self::StandardOutput } else { Self::File(text.into()) })
+        Ok(if text == "-" { Self::StandardOutput } else { Self::File(expand_home(text.into())) })
     }
 }
 

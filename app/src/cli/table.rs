@@ -3,18 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use mislab_renderer::snapshot::{self, Contents, SaveOptions};
 use mislab_renderer::table::{Table, TableOptions, TutorialRun, run_table};
 use mislab_renderer::{Frame, Settings};
 
 use super::args::{HowArgs, TableArgs};
 use super::failure::Failure;
 use super::input::Input;
-use super::output::{self, PictureFile};
+use super::output;
 use super::progress::Bar;
+use crate::files::saving::write_free;
 
 pub(super) fn run(args: TableArgs) -> Result<(), Failure> {
     let TableArgs { scene, size, outdir, format, how } = args;
-    let table = render(scene.as_deref(), size, &outdir, &how)?;
+    let table = render(scene.as_deref(), size, Place { folder: &outdir, asked_for: true }, &how)?;
     output::print(&match format.as_str() {
         "csv" => table.to_csv(),
         "json" => table.to_json(),
@@ -25,30 +27,38 @@ pub(super) fn run(args: TableArgs) -> Result<(), Failure> {
 /// What `mislab` does where no window can be opened: the lesson's results all the same.
 pub(super) fn instead_of_window(scene: Option<PathBuf>, reason: &str) -> Result<(), Failure> {
     output::message(&format!(
-        "No window: {reason}. Rendering the tutorial's pictures and table into this folder instead; \
+        "No window: {reason}.\nRendering the tutorial's pictures and table into this folder instead; \
          `mislab --help` lists what else works without a window."
     ));
     let how = HowArgs { nthreads: 0, quiet: false };
-    let table = render(scene.as_deref(), None, Path::new("."), &how)?;
+    let table = render(scene.as_deref(), None, Place { folder: Path::new("."), asked_for: false }, &how)?;
     output::print(&table.to_markdown())
 }
 
-/// Renders everything, saves the pictures in `outdir` as they are finished and returns the table.
-fn render(scene: Option<&Path>, size: Option<[u32; 2]>, outdir: &Path, how: &HowArgs) -> Result<Table, Failure> {
+/// Where the pictures go.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    folder: &'a Path,
+    /// By somebody who knows their names: only then do they replace older ones.
+    asked_for: bool,
+}
+
+/// Renders everything, saves the pictures as they are finished and returns the table.
+fn render(scene: Option<&Path>, size: Option<[u32; 2]>, place: Place<'_>, how: &HowArgs) -> Result<Table, Failure> {
     let input = Input::load(scene)?;
     input.warn(how.quiet);
     // The tutorial's own scene has one size, its headers have two; other scenes have their own.
     let own_size = Some(input.settings.image.resolution).filter(|size| *size != Settings::default().image.resolution);
     let options = TableOptions { size: size.or(own_size), threads: how.nthreads, ..TableOptions::default() };
-    std::fs::create_dir_all(outdir)
-        .map_err(|error| Failure::Run(format!("{}: cannot create this folder: {error}", outdir.display())))?;
+    std::fs::create_dir_all(place.folder)
+        .map_err(|error| Failure::Run(format!("{}: cannot create this folder: {error}", place.folder.display())))?;
 
     let bar = Bar::new(how.quiet);
     let mut failure = None;
     let result = run_table(&input.scene, &options, &mut |progress| {
         bar.show_table(progress);
         if let Some((run, frame)) = &progress.finished {
-            match save(run, frame, outdir) {
+            match save(run, frame, place) {
                 Ok(line) if !how.quiet => bar.message(&line),
                 Ok(_) => {}
                 Err(error) => failure = Some(error),
@@ -63,13 +73,25 @@ fn render(scene: Option<&Path>, size: Option<[u32; 2]>, outdir: &Path, how: &How
     }
 }
 
-/// Saves one of the pictures and says so.
-fn save(run: &TutorialRun, frame: &Arc<Frame>, outdir: &Path) -> Result<String, Failure> {
-    let path = outdir.join(run.file);
+/// Saves one of the pictures and says so, and what was kept.
+fn save(run: &TutorialRun, frame: &Arc<Frame>, place: Place<'_>) -> Result<String, Failure> {
+    let wanted = place.folder.join(run.file);
+    let (path, notice) = if place.asked_for {
+        let notice = snapshot::save(frame, &wanted, &SaveOptions::default())?.notice;
+        (wanted.clone(), notice)
+    } else {
+        let (bytes, notice) = Contents::from_frame(frame).encode(&SaveOptions::default())?;
+        let stem = Path::new(run.file).file_stem().unwrap_or_default().to_string_lossy();
+        (write_free(place.folder, &stem, &[("exr", bytes)])?, notice)
+    };
     let stats = frame.stats();
-    let line =
+    let mut said =
         format!("{}: {}, {} spp, {:.2} s", path.display(), run.strategy.name(), frame.spp(), stats.render_seconds);
-    let file = PictureFile::new(path).ok_or_else(|| Failure::Run(format!("{}: not a picture", run.file)))?;
-    let notice = file.save(frame)?.map_or_else(String::new, |notice| format!("\n{}: warning: {notice}", run.file));
-    Ok(line + &notice)
+    if path != wanted {
+        said += &format!("\n{}: was there before and is kept as it was", wanted.display());
+    }
+    if let Some(notice) = notice {
+        said += &format!("\n{}: warning: {notice}", run.file);
+    }
+    Ok(said)
 }

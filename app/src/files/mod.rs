@@ -1,21 +1,30 @@
-//! Files, off the UI thread: dialogs, opening, snapshots. Results come back as events.
+//! Files, off the UI thread: dialogs, opening, watching, snapshots, preferences. Results come back as events.
 
+pub mod kept;
 pub mod opening;
 pub mod png_file;
+pub mod queue;
 pub mod saving;
+pub mod showing;
+pub mod watching;
 
-use std::path::PathBuf;
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
 use mislab_renderer::Frame;
-use mislab_renderer::snapshot::{self, SaveOptions, write_file};
+use mislab_renderer::snapshot::{self, SaveOptions};
 
-use self::opening::read;
-use self::saving::{SaveJob, next_free};
-use crate::state::document::Opened;
+use self::opening::{Reading, read};
+use self::queue::Queue;
+use self::saving::{NotSaved, SaveJob, Saved, write_free};
+use self::watching::{Watched, Watcher};
+use crate::state::paths::{short_name, shortened};
+use crate::state::prefs::Prefs;
 
 /// What came of something started here.
 #[derive(Debug)]
@@ -26,69 +35,181 @@ pub enum FileEvent {
     PickedFolder(PathBuf),
     /// No dialog came up: this desktop offers none.
     NoDialog,
-    /// A file was read.
-    Opened(Box<Opened>),
-    /// A file could not be read.
-    OpenFailed {
-        /// Which.
-        path: PathBuf,
-        /// Why, with line and column for a scene.
-        message: String,
+    /// A file was read, or could not be.
+    Read {
+        /// What came of it.
+        reading: Box<Reading>,
+        /// What is different from the last reading of the same file, in words; `None` if there was none.
+        changes: Option<String>,
     },
+    /// Something that the file read last depends on has changed.
+    Changed,
     /// A snapshot was written.
-    Saved {
-        /// The EXR.
-        path: PathBuf,
-        /// Something to know about it.
-        notice: Option<String>,
-    },
+    Saved(Saved),
     /// A snapshot could not be written.
-    SaveFailed(String),
+    NotSaved(NotSaved),
     /// Something of the table was written.
     TableSaved(String),
     /// Something of the table could not be written.
     TableNotSaved(String),
+    /// Something could not even be started.
+    Broken(String),
+}
+
+/// An event, and from which reading or from the queue.
+struct Message {
+    event: FileEvent,
+    from: Origin,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    Dialog,
+    /// The how-manieth reading: only the last one counts.
+    Reading(u64),
+    Queue,
 }
 
 /// A dialog that is gone within this time was never there: a missing portal answers like "cancelled".
 const NO_DIALOG: Duration = Duration::from_millis(400);
 
+/// Reading takes shorter than this, as a rule, and then is not worth a word.
+const NOTICEABLE: Duration = Duration::from_millis(300);
+
 /// Starts work on files and collects what comes of it.
 pub struct Files {
     ctx: egui::Context,
-    sender: Sender<FileEvent>,
-    receiver: Receiver<FileEvent>,
+    sender: Sender<Message>,
+    receiver: Receiver<Message>,
+    queue: Queue,
+    /// Names of what is in the queue.
+    saving: VecDeque<String>,
+    watcher: Watcher,
+    readings: u64,
+    /// When the last one was begun, if it is not over.
+    reading: Option<Instant>,
+    /// The last one that is over came to nothing.
+    failed: bool,
+    /// What it reads, and what that depended on the last time.
+    last: Option<(PathBuf, Vec<Watched>)>,
 }
 
 impl Files {
     /// Events wake `ctx`.
     pub fn new(ctx: &egui::Context) -> Self {
         let (sender, receiver) = channel();
-        Self { ctx: ctx.clone(), sender, receiver }
+        let (watched, wake) = (sender.clone(), ctx.clone());
+        let watcher = Watcher::new(move || {
+            let _ = watched.send(Message { event: FileEvent::Changed, from: Origin::Dialog });
+            wake.request_repaint();
+        });
+        Self {
+            ctx: ctx.clone(),
+            sender,
+            receiver,
+            queue: Queue::new(),
+            saving: VecDeque::new(),
+            watcher,
+            readings: 0,
+            reading: None,
+            failed: false,
+            last: None,
+        }
     }
 
     /// What has happened since the last call.
-    pub fn events(&self) -> Vec<FileEvent> {
-        self.receiver.try_iter().collect()
+    pub fn events(&mut self) -> Vec<FileEvent> {
+        let messages: Vec<Message> = self.receiver.try_iter().collect();
+        messages.into_iter().filter_map(|message| self.accept(message)).collect()
     }
 
-    fn start(&self, name: &str, work: impl FnOnce() -> Option<FileEvent> + Send + 'static) {
+    /// The same, waiting for the first event up to `most`.
+    pub fn events_within(&mut self, most: Duration) -> Vec<FileEvent> {
+        let first = self.receiver.recv_timeout(most).ok();
+        let mut events: Vec<FileEvent> = first.and_then(|message| self.accept(message)).into_iter().collect();
+        events.extend(self.events());
+        events
+    }
+
+    fn accept(&mut self, Message { event, from }: Message) -> Option<FileEvent> {
+        match from {
+            Origin::Dialog => {}
+            Origin::Reading(number) if number != self.readings => return None,
+            Origin::Reading(_) => {
+                self.reading = None;
+                if let FileEvent::Read { reading, .. } = &event {
+                    self.failed = reading.outcome.is_err();
+                    self.watcher.watch(&reading.files);
+                    self.last = Some((reading.path.clone(), reading.files.clone()));
+                }
+            }
+            Origin::Queue => drop(self.saving.pop_front()),
+        }
+        Some(event)
+    }
+
+    /// Is anything being saved?
+    pub fn is_saving(&self) -> bool {
+        !self.saving.is_empty()
+    }
+
+    /// What is being done, in words, as soon as somebody might wonder.
+    pub fn work(&self) -> Option<String> {
+        if let Some(name) = self.saving.front() {
+            return Some(format!("Saving {} \u{2026}", shortened(name, 48)));
+        }
+        let path = self.reading.filter(|since| since.elapsed() >= NOTICEABLE).and_then(|_| self.watched())?;
+        Some(format!("Reading {} \u{2026}", short_name(path)))
+    }
+
+    /// Finishes all that was to be saved. Returns what could not be.
+    pub fn finish(&mut self) -> Vec<String> {
+        self.queue.finish();
+        let failed = self.events().into_iter().filter_map(|event| match event {
+            FileEvent::NotSaved(NotSaved { name, message, .. }) => Some(format!("{name} was not saved: {message}")),
+            FileEvent::TableNotSaved(message) | FileEvent::Broken(message) => Some(message),
+            FileEvent::Picked(_)
+            | FileEvent::PickedFolder(_)
+            | FileEvent::NoDialog
+            | FileEvent::Read { .. }
+            | FileEvent::Changed
+            | FileEvent::Saved(_)
+            | FileEvent::TableSaved(_) => None,
+        });
+        failed.collect()
+    }
+
+    /// Does some work on a thread of its own.
+    fn start(&self, name: &str, from: Origin, work: impl FnOnce() -> Option<FileEvent> + Send + 'static) {
         let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
         let spawned = std::thread::Builder::new().name(name.into()).spawn(move || {
             if let Some(event) = work() {
                 // The window may have closed meanwhile; then nobody is interested.
-                let _ = sender.send(event);
+                let _ = sender.send(Message { event, from });
                 ctx.request_repaint();
             }
         });
         if let Err(error) = spawned {
-            let _ = self.sender.send(FileEvent::SaveFailed(format!("no thread for files: {error}")));
+            let event = FileEvent::Broken(format!("No thread for files: {error}"));
+            let _ = self.sender.send(Message { event, from: Origin::Dialog });
         }
+    }
+
+    /// Does some work after all that was to be saved before.
+    fn enqueue(&mut self, name: String, work: impl FnOnce() -> FileEvent + Send + 'static) {
+        let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
+        self.saving.push_back(name.clone());
+        self.queue.push(move || {
+            let broken = |_| FileEvent::Broken(format!("{name} was not saved: the thread broke down"));
+            let event = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(broken);
+            let _ = sender.send(Message { event, from: Origin::Queue });
+            ctx.request_repaint();
+        });
     }
 
     /// Asks for a file with the desktop's dialog.
     pub fn pick(&self, folder: Option<PathBuf>) {
-        self.start("open dialog", move || {
+        self.start("open dialog", Origin::Dialog, move || {
             let started = Instant::now();
             let mut dialog = rfd::FileDialog::new()
                 .set_title("Open a scene or a snapshot")
@@ -107,54 +228,83 @@ impl Files {
 
     /// Asks for the folder of snapshots with the desktop's dialog.
     pub fn pick_folder(&self, folder: PathBuf) {
-        self.start("folder dialog", move || {
+        self.start("folder dialog", Origin::Dialog, move || {
             let dialog = rfd::FileDialog::new().set_title("Folder of snapshots").set_directory(folder);
             dialog.pick_folder().map(FileEvent::PickedFolder)
         });
     }
 
-    /// Reads a scene or a snapshot.
-    pub fn open(&self, path: PathBuf) {
-        self.start("open", move || {
-            Some(match read(&path) {
-                Ok(opened) => FileEvent::Opened(Box::new(opened)),
-                Err(error) => FileEvent::OpenFailed { path, message: error.to_string() },
-            })
+    /// Reads a scene or a snapshot, again if it was the last one. Whatever was being read before is given up.
+    pub fn open(&mut self, path: PathBuf) {
+        self.readings += 1;
+        self.reading = Some(Instant::now());
+        self.ctx.request_repaint_after(NOTICEABLE);
+        let before = self.last.take().filter(|(last, _)| *last == path).map(|(_, files)| files);
+        self.last = Some((path.clone(), before.clone().unwrap_or_default()));
+        self.start("open", Origin::Reading(self.readings), move || {
+            let reading = read(path, before.as_deref().unwrap_or_default());
+            let changes = before.map(|before| watching::changes(&before, &reading.files));
+            Some(FileEvent::Read { reading: Box::new(reading), changes })
         });
     }
 
+    /// The file that is looked after: the last one that was asked for.
+    pub fn watched(&self) -> Option<&Path> {
+        self.last.as_ref().map(|(path, _)| path.as_path())
+    }
+
+    /// Whether what is known of the file at `path` is from before it was changed to something that cannot be read.
+    pub fn is_outdated(&self, path: Option<&Path>) -> bool {
+        self.failed && path.is_some() && path == self.watched()
+    }
+
+    /// Whether a file is being read.
+    pub fn is_reading(&self) -> bool {
+        self.reading.is_some()
+    }
+
+    /// Forgets the file read last: a scene of the program has none.
+    pub fn forget(&mut self) {
+        self.readings += 1;
+        self.reading = None;
+        self.failed = false;
+        self.last = None;
+        self.watcher.watch(&[]);
+    }
+
     /// Writes a snapshot under the next free name.
-    pub fn save(&self, job: SaveJob) {
-        self.start("save", move || {
-            Some(match job.run() {
-                Ok((path, notice)) => FileEvent::Saved { path, notice },
-                Err(error) => FileEvent::SaveFailed(error.to_string()),
-            })
+    pub fn save(&mut self, job: SaveJob) {
+        self.enqueue(job.name.clone(), move || match job.run() {
+            Ok(saved) => FileEvent::Saved(saved),
+            Err(not_saved) => FileEvent::NotSaved(not_saved),
         });
     }
 
     /// Writes a text under the next free name.
-    pub fn save_text(&self, folder: PathBuf, stem: String, extension: &'static str, text: String) {
-        self.start("save text", move || {
-            let path = next_free(&folder, &stem, &[extension]);
-            Some(match write_file(&path, text.as_bytes()) {
-                Ok(()) => FileEvent::TableSaved(format!("Saved {}", path.display())),
-                Err(error) => FileEvent::TableNotSaved(error.to_string()),
-            })
+    pub fn save_text(&mut self, folder: PathBuf, name: String, extension: &'static str, text: String) {
+        self.enqueue(name.clone(), move || match write_free(&folder, &name, &[(extension, text.into_bytes())]) {
+            Ok(path) => FileEvent::TableSaved(format!("Saved {}", path.display())),
+            Err(error) => FileEvent::TableNotSaved(error.to_string()),
         });
     }
 
     /// Writes the tutorial's pictures under the tutorial's names, over older ones.
-    pub fn save_tutorial(&self, folder: PathBuf, pictures: Vec<(&'static str, Arc<Frame>)>) {
-        self.start("save tutorial", move || {
+    pub fn save_tutorial(&mut self, folder: PathBuf, pictures: Vec<(&'static str, Arc<Frame>)>) {
+        self.enqueue("the tutorial's pictures".into(), move || {
             let saved = pictures.iter().try_for_each(|(name, frame)| {
                 snapshot::save(frame, &folder.join(name), &SaveOptions::default()).map(drop)
             });
             let names: Vec<&str> = pictures.iter().map(|(name, _)| *name).collect();
-            Some(match saved {
+            match saved {
                 Ok(()) => FileEvent::TableSaved(format!("Saved {} in {}", names.join(", "), folder.display())),
                 Err(error) => FileEvent::TableNotSaved(error.to_string()),
-            })
+            }
         });
+    }
+
+    /// Writes the preferences, in silence.
+    pub fn keep(&self, path: &Path, prefs: &Prefs) {
+        let (path, prefs) = (path.to_owned(), prefs.clone());
+        self.queue.push(move || kept::write(&path, &prefs));
     }
 }

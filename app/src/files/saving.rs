@@ -1,13 +1,14 @@
-//! Snapshots: an EXR under a name that is free, perhaps with a PNG beside it.
+//! Snapshots: an EXR under a name that is free, perhaps with a PNG beside it under the same name.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mislab_renderer::snapshot::{self, SaveOptions, write_file};
+use mislab_renderer::snapshot::{Contents, SaveOptions, write_new_file};
 use mislab_renderer::{Error, Frame};
 
 use crate::files::png_file;
-use crate::picture::still::render_to_rgba8;
+use crate::picture::figure::figure;
 use crate::state::view::StoredView;
 
 /// A snapshot to be written.
@@ -20,40 +21,115 @@ pub struct SaveJob {
     pub dark: bool,
     /// Where to.
     pub folder: PathBuf,
+    /// The folder may be created.
+    pub create: bool,
     /// Name without extension.
-    pub stem: String,
+    pub name: String,
     /// A PNG of the view beside it.
     pub png: bool,
 }
 
+/// A snapshot that was written.
+#[derive(Debug)]
+pub struct Saved {
+    /// The EXR.
+    pub path: PathBuf,
+    /// A PNG lies beside it.
+    pub png: bool,
+    /// Something to know about it.
+    pub notice: Option<String>,
+}
+
+/// A snapshot that was not.
+#[derive(Debug)]
+pub struct NotSaved {
+    /// The name asked for.
+    pub name: String,
+    /// The folder asked for.
+    pub folder: PathBuf,
+    /// There is no such folder; it can be created.
+    pub no_folder: bool,
+    /// Why not.
+    pub message: String,
+}
+
 impl SaveJob {
-    /// Writes it; returns where, and something to know about it.
+    /// Writes it under the first name of which neither extension is taken.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn run(self) -> Result<(PathBuf, Option<String>), Error> {
-        let Self { frame, view, dark, folder, stem, png } = self;
-        let extensions: &[&str] = if png { &["exr", "png"] } else { &["exr"] };
-        let path = next_free(&folder, &stem, extensions);
-        let options = SaveOptions { view: serde_json::to_string(&view).ok(), ..SaveOptions::default() };
-        let saved = snapshot::save(&frame, &path, &options)?;
-        if png {
-            let (width, height, rgba) = render_to_rgba8(&frame, view.layer, &view.view, dark);
-            let path = path.with_extension("png");
-            let bytes = png_file::encode(width, height, &rgba).map_err(|e| Error::file(&path, e.to_string()))?;
-            write_file(&path, &bytes)?;
+    pub fn run(self) -> Result<Saved, NotSaved> {
+        let (name, folder) = (self.name.clone(), self.folder.clone());
+        if self.create
+            && let Err(error) = fs::create_dir_all(&folder)
+        {
+            let message = format!("the folder cannot be created: {error}");
+            return Err(NotSaved { name, folder, no_folder: false, message });
         }
-        Ok((path, saved.notice))
+        if !folder.exists() {
+            let message = format!("there is no folder {}", folder.display());
+            return Err(NotSaved { name, folder, no_folder: true, message });
+        }
+        self.write().map_err(|error| NotSaved { name, folder, no_folder: false, message: error.to_string() })
+    }
+
+    fn write(self) -> Result<Saved, Error> {
+        let Self { frame, view, dark, folder, create: _, name, png } = self;
+        let options = SaveOptions { view: serde_json::to_string(&view).ok(), ..SaveOptions::default() };
+        let png = png
+            .then(|| {
+                let (width, height, rgba) = figure(&frame, view.layer, &view.view, dark);
+                png_file::encode(width, height, &rgba).map_err(|e| Error::Invalid(format!("the PNG: {e}")))
+            })
+            .transpose()?;
+        let contents = Contents::from_frame(&frame);
+        // The room of the frame goes to the next one while this one is packed.
+        drop(frame);
+        let (exr, notice) = contents.encode(&options)?;
+        let mut files = vec![("exr", exr)];
+        files.extend(png.map(|bytes| ("png", bytes)));
+        let has_png = files.len() > 1;
+        let path = write_free(&folder, &name, &files)?;
+        Ok(Saved { path, png: has_png, notice })
     }
 }
 
-/// `stem.ext`, or `stem_2.ext`, `stem_3.ext` ...: the first name of which none of the extensions is taken.
-pub fn next_free(folder: &Path, stem: &str, extensions: &[&str]) -> PathBuf {
-    let stem = stem.strip_suffix(".exr").unwrap_or(stem);
-    let name = |n: u32| if n == 1 { stem.to_owned() } else { format!("{stem}_{n}") };
-    let free = |n: &u32| extensions.iter().all(|e| !folder.join(format!("{}.{e}", name(*n))).exists());
-    let n = (1..=u32::MAX).find(free).unwrap_or(u32::MAX);
-    folder.join(format!("{}.{}", name(n), extensions[0]))
+/// Writes files that belong together under one name, `name.ext`, or `name_2.ext`, `name_3.ext` ...: the first one that is
+/// free for all of them, also if another program takes names meanwhile. Returns the path of the first.
+///
+/// # Errors
+/// If one cannot be written; then none is there.
+pub fn write_free(folder: &Path, name: &str, files: &[(&str, Vec<u8>)]) -> Result<PathBuf, Error> {
+    let path = |n: u32, extension: &str| match n {
+        1 => folder.join(format!("{name}.{extension}")),
+        n => folder.join(format!("{name}_{n}.{extension}")),
+    };
+    for n in 1..u32::MAX {
+        // Before any of them is written: a name that is half taken is common, where PNGs were not wanted at first.
+        if files.iter().any(|(extension, _)| fs::symlink_metadata(path(n, extension)).is_ok()) {
+            continue;
+        }
+        let mut written = Vec::new();
+        let done: Result<bool, Error> = files.iter().try_fold(true, |all, (extension, bytes)| {
+            let path = path(n, extension);
+            let new = all && write_new_file(&path, bytes)?;
+            if new {
+                written.push(path);
+            }
+            Ok(new)
+        });
+        match done {
+            Ok(true) => return Ok(path(n, files.first().map_or("", |(extension, _)| extension))),
+            Ok(false) | Err(_) => {
+                for path in written {
+                    // Written a moment ago, by us.
+                    let _ = fs::remove_file(path);
+                }
+                done?;
+            }
+        }
+    }
+    Err(Error::Invalid(format!("no name like {name} is free")))
 }
 
 #[cfg(test)]
@@ -63,15 +139,47 @@ mod tests {
     #[test]
     fn names_are_never_taken_twice() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let free = |extensions: &[&str]| {
-            let path = next_free(folder.path(), "veach", extensions);
+        let write = |text: &str, extensions: &[&'static str]| {
+            let files: Vec<_> = extensions.iter().map(|e| (*e, text.as_bytes().to_vec())).collect();
+            let path = write_free(folder.path(), "veach", &files).expect("can be written");
             path.file_name().expect("a name").to_string_lossy().into_owned()
         };
-        assert_eq!(free(&["exr"]), "veach.exr");
-        std::fs::write(folder.path().join("veach.exr"), "").expect("write");
-        assert_eq!(free(&["exr", "png"]), "veach_2.exr");
-        std::fs::write(folder.path().join("veach_2.png"), "").expect("write");
-        assert_eq!(free(&["exr", "png"]), "veach_3.exr");
-        assert_eq!(free(&["exr"]), "veach_2.exr");
+        let content = |name: &str| fs::read_to_string(folder.path().join(name)).expect("is there");
+        assert_eq!(write("a", &["exr"]), "veach.exr");
+        assert_eq!(write("b", &["exr", "png"]), "veach_2.exr");
+        fs::remove_file(folder.path().join("veach_2.exr")).expect("can be removed");
+        assert_eq!(write("c", &["exr", "png"]), "veach_3.exr", "both or neither");
+        assert_eq!(write("d", &["exr"]), "veach_2.exr");
+        assert_eq!(content("veach.exr") + &content("veach_2.png") + &content("veach_2.exr"), "abd");
+    }
+
+    #[test]
+    fn saves_of_several_programs_at_once_lose_nothing() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::thread::scope(|scope| {
+            for writer in 0..4 {
+                let folder = folder.path();
+                scope.spawn(move || {
+                    for n in 0..10 {
+                        let text = format!("{writer} {n}").into_bytes();
+                        write_free(folder, "x", &[("exr", text.clone()), ("png", text)]).expect("can be written");
+                    }
+                });
+            }
+        });
+        let mut texts: Vec<String> = fs::read_dir(folder.path())
+            .expect("a folder")
+            .map(|entry| fs::read_to_string(entry.expect("an entry").path()).expect("a text"))
+            .collect();
+        texts.sort();
+        let mut expected: Vec<String> =
+            (0..4).flat_map(|w| (0..10).flat_map(move |n| [format!("{w} {n}"), format!("{w} {n}")])).collect();
+        expected.sort();
+        assert_eq!(texts, expected, "every text twice, as EXR and as PNG");
+        for entry in fs::read_dir(folder.path()).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            let other = path.with_extension(if path.extension().is_some_and(|e| e == "exr") { "png" } else { "exr" });
+            assert_eq!(fs::read(&path).ok(), fs::read(&other).ok(), "{} belongs to its twin", path.display());
+        }
     }
 }

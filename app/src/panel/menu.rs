@@ -28,6 +28,7 @@ pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, history: &History, out: &mut Vec<Comm
                 ui.close();
             }
         });
+        entry(ui, "Read the open file again", Command::Reload, true, out);
         entry(ui, "Save a snapshot", Command::Save, true, out);
         entry(ui, "Copy the picture", Command::CopyPicture, true, out);
         ui.separator();

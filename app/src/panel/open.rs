@@ -7,6 +7,7 @@ use eframe::egui::{self, Id, Key, Modal, TextEdit, Ui};
 use crate::look::theme::GRID;
 use crate::panel::widgets::{caption, title};
 use crate::state::command::{Command, Shipped};
+use crate::state::paths::{short_name, typed};
 
 /// The text of the path field while the sheet is open.
 #[derive(Default)]
@@ -36,7 +37,7 @@ pub fn open_ui(ctx: &egui::Context, sheet: &mut OpenSheet, recent: &[PathBuf], o
             let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             let clicked = ui.add_sized([72.0, ui.spacing().interact_size.y], egui::Button::new("Open")).clicked();
             if (entered || clicked) && !sheet.text.trim().is_empty() {
-                out.push(Command::OpenPath(typed_path(&sheet.text)));
+                out.push(Command::OpenPath(typed(&sheet.text)));
                 open = false;
             }
         });
@@ -58,34 +59,11 @@ pub fn choices_ui(ui: &mut Ui, recent: &[PathBuf], out: &mut Vec<Command>) -> bo
     if !recent.is_empty() {
         title(ui, "Recent");
         for path in recent {
-            let name =
-                path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned());
-            if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+            if ui.button(short_name(path)).on_hover_text(path.display().to_string()).clicked() {
                 out.push(Command::OpenPath(path.clone()));
                 chosen = true;
             }
         }
     }
     chosen
-}
-
-/// A path as people type it: quotes as a file manager copies them, `~` for the home folder.
-fn typed_path(text: &str) -> PathBuf {
-    let text = text.trim().trim_matches(['"', '\'']);
-    let text = text.strip_prefix("file://").unwrap_or(text);
-    match (text.strip_prefix("~/"), std::env::home_dir()) {
-        (Some(rest), Some(home)) => home.join(rest),
-        _ => PathBuf::from(text),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn typed_paths_lose_their_wrapping() {
-        assert_eq!(typed_path(" \"/a b/c.pbrt\" "), PathBuf::from("/a b/c.pbrt"));
-        assert_eq!(typed_path("file:///a/c.exr"), PathBuf::from("/a/c.exr"));
-    }
 }

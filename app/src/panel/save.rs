@@ -1,40 +1,67 @@
-//! Snapshots: where they go, what they are called, what went wrong.
+//! Snapshots: where they go and what they are called.
 
-use eframe::egui::{RichText, TextEdit, Ui};
+use eframe::egui::{Response, RichText, TextEdit, Ui};
 
 use crate::look::theme::{GRID, Inks};
 use crate::panel::widgets::{labelled, title, wide_button};
 use crate::state::command::Command;
-use crate::state::prefs::SavePrefs;
+use crate::state::destination::Destination;
+use crate::state::document::Document;
+use crate::state::file_name;
 
-/// The panel. `error` is why the last save failed.
-pub fn save_ui(ui: &mut Ui, prefs: &mut SavePrefs, error: Option<&str>, out: &mut Vec<Command>) {
+/// The panel. `spp` is what the picture has by the time it is saved, as far as one knows.
+pub fn save_ui(
+    ui: &mut Ui,
+    destination: &mut Destination,
+    png: &mut bool,
+    document: &Document,
+    spp: u32,
+    out: &mut Vec<Command>,
+) {
     title(ui, "Snapshot");
     let label = 72.0;
     labelled(ui, "Name", label, |ui| {
-        let edit = TextEdit::singleline(&mut prefs.stem).desired_width(ui.available_width());
-        ui.add(edit).accessible_name("Snapshot name").on_hover_text("A number is added where a file is already there.");
+        let default = Destination::default_name(document, spp);
+        let edit = defaulted(ui, &mut destination.name, default, ui.available_width(), "Snapshot name");
+        edit.on_hover_text(
+            "Scene, strategy and samples per pixel, unless you type something else. A number is added where a file is \
+             already there.",
+        );
     });
+    if let Err(why) = file_name::check(&destination.name(document, spp)) {
+        let wrong = Inks::of(ui.visuals()).wrong;
+        ui.label(RichText::new(why).small().color(wrong));
+    }
     labelled(ui, "Folder", label, |ui| {
         ui.spacing_mut().item_spacing.x = GRID;
         let button = 40.0;
-        let mut folder = prefs.folder.display().to_string();
-        let edit = TextEdit::singleline(&mut folder).desired_width(ui.available_width() - button - GRID);
-        if ui.add(edit).accessible_name("Snapshot folder").on_hover_text(prefs.folder.display().to_string()).changed() {
-            prefs.folder = folder.into();
-        }
+        let default = Destination::default_folder(document).display().to_string();
+        let width = ui.available_width() - button - GRID;
+        let edit = defaulted(ui, &mut destination.folder, default, width, "Snapshot folder");
+        edit.on_hover_text(format!(
+            "{}\nThe scene's own folder, unless you choose another.",
+            destination.folder(document).display()
+        ));
         if wide_button(ui, "\u{2026}", button).accessible_name("Choose folder").clicked() {
             out.push(Command::ChooseFolder);
         }
     });
     ui.horizontal(|ui| {
-        ui.checkbox(&mut prefs.png, "PNG of the view");
+        ui.checkbox(png, "PNG of the view");
         if wide_button(ui, "Save EXR", ui.available_width()).accessible_name("Save snapshot").clicked() {
             out.push(Command::Save);
         }
     });
-    if let Some(error) = error {
-        let wrong = Inks::of(ui.visuals()).wrong;
-        ui.label(RichText::new(format!("Not saved: {error}")).small().color(wrong));
+}
+
+/// A field that shows a default until something else is typed, and again when all of it is taken away.
+fn defaulted(ui: &mut Ui, typed: &mut Option<String>, default: String, width: f32, name: &str) -> Response {
+    let mut text = typed.clone().unwrap_or_else(|| default.clone());
+    let edit = ui.add(TextEdit::singleline(&mut text).desired_width(width)).accessible_name(name);
+    if edit.changed() {
+        *typed = Some(text).filter(|text| *text != default);
+    } else if !edit.has_focus() && typed.as_ref().is_some_and(|text| text.trim().is_empty()) {
+        *typed = None;
     }
+    edit
 }

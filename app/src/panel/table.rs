@@ -1,5 +1,6 @@
 //! The tutorial's Table 1, measured.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui::{self, ComboBox, Grid, Id, ProgressBar, RichText, ScrollArea, Ui, Window};
@@ -11,7 +12,6 @@ use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks, medium};
 use crate::panel::table_job::TableJob;
 use crate::panel::widgets::{caption, seconds, wide_button, with_error};
-use crate::state::prefs::SavePrefs;
 
 /// Everything about the table.
 #[derive(Default)]
@@ -42,14 +42,14 @@ impl TablePanel {
         }
     }
 
-    /// Stops what is running and waits for it.
+    /// Stops what is running.
     pub fn stop(&mut self) {
         self.job = None;
     }
 }
 
 /// The window.
-pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>, save: &SavePrefs, files: &Files) {
+pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>, folder: &Path, files: &mut Files) {
     let mut open = panel.open;
     let size = ctx.content_rect().size();
     Window::new("The tutorial's table")
@@ -66,7 +66,7 @@ pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>,
                 Some(Ok(result)) => {
                     ui.add_space(2.0 * GRID);
                     table_grid(ui, &result.table);
-                    export_ui(ui, result, save, files);
+                    export_ui(ui, result, folder, files);
                 }
                 Some(Err(error)) => {
                     let wrong = Inks::of(ui.visuals()).wrong;
@@ -193,7 +193,7 @@ fn cell_ui(ui: &mut Ui, cell: &Cell) {
     ui.label(if cell.cross { text.family(medium()) } else { text.color(ui.visuals().weak_text_color()) });
 }
 
-fn export_ui(ui: &mut Ui, result: &TableResult, save: &SavePrefs, files: &Files) {
+fn export_ui(ui: &mut Ui, result: &TableResult, folder: &Path, files: &mut Files) {
     let table = &result.table;
     ui.add_space(GRID);
     ui.horizontal(|ui| {
@@ -211,7 +211,7 @@ fn export_ui(ui: &mut Ui, result: &TableResult, save: &SavePrefs, files: &Files)
         ui.label("Save");
         let mut save_text = |label: &str, extension, text: &dyn Fn() -> String| {
             if ui.button(label).clicked() {
-                files.save_text(save.folder.clone(), "veach_table".into(), extension, text());
+                files.save_text(folder.to_owned(), "veach_table".into(), extension, text());
             }
         };
         save_text(".md", "md", &|| table.to_markdown());
@@ -219,7 +219,7 @@ fn export_ui(ui: &mut Ui, result: &TableResult, save: &SavePrefs, files: &Files)
         save_text(".json", "json", &|| table.to_json());
         if ui.button("the four EXRs").on_hover_text("Under the tutorial's names, over older ones.").clicked() {
             let names = TutorialRun::ALL.iter().map(|run| run.file);
-            files.save_tutorial(save.folder.clone(), names.zip(result.frames.iter().cloned()).collect());
+            files.save_tutorial(folder.to_owned(), names.zip(result.frames.iter().cloned()).collect());
         }
     });
 }

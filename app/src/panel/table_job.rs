@@ -67,10 +67,8 @@ impl TableJob {
 
 impl Drop for TableJob {
     fn drop(&mut self) {
+        // Not waited for: it ends at its next step, or with the program.
         self.cancel();
-        if let Some(thread) = self.thread.take() {
-            let _ = join(thread);
-        }
     }
 }
 

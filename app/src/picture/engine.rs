@@ -53,12 +53,16 @@ impl Engine {
         self.threads
     }
 
-    /// Stops the workers and waits for them.
+    /// Stops the workers and waits for nothing: what they are in the middle of ends on its own, or with the program.
     pub fn stop(&mut self) {
-        for picture in &mut self.pictures {
-            picture.stop();
-        }
-        self.renderer = None;
+        let Some(renderer) = self.renderer.take() else { return };
+        let pictures: Vec<_> = self.pictures.iter_mut().filter_map(LivePicture::stop).collect();
+        // Taking pictures away frees their memory, and the workers are joined: neither is for whoever closes a window.
+        let leave = move || {
+            drop(pictures);
+            drop(renderer);
+        };
+        let _ = std::thread::Builder::new().name("leaving".into()).spawn(leave);
     }
 }
 

@@ -31,6 +31,11 @@ pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, layer: Layer, view: &Vi
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
 }
 
+/// The legend without a plate, its upper left corner at `at`, no wider than `available`.
+pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, available: f32) {
+    Legend::new(ui, layer, view, available).paint(ui.painter(), at);
+}
+
 /// A legend laid out.
 struct Legend {
     title: Arc<Galley>,

@@ -133,8 +133,8 @@ impl LivePicture {
         self.generation
     }
 
-    /// Takes the picture away from the workers.
-    pub fn stop(&mut self) {
-        self.picture = None;
+    /// The picture, for whoever has the time to take it away from the workers; there will be no more frames.
+    pub fn stop(&mut self) -> Option<Picture> {
+        self.picture.take()
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod black;
 pub mod engine;
+pub mod figure;
 pub mod film_texture;
 pub mod interaction;
 pub mod legend;
@@ -11,6 +12,7 @@ pub mod pane;
 pub mod picking;
 pub mod pixel;
 pub mod planes;
+pub mod raster;
 pub mod still;
 pub mod swatch;
 pub mod tone;

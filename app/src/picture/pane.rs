@@ -25,6 +25,10 @@ pub struct Subject<'a> {
     pub live: &'a LivePicture,
     /// What the mouse is on in a panel.
     pub pointed_at: Option<Target>,
+    /// The file has changed and cannot be read: the picture is of the file as it was.
+    pub outdated: bool,
+    /// A file is being read.
+    pub reading: bool,
 }
 
 /// One picture on screen.
@@ -67,13 +71,18 @@ impl Pane {
         let layer = document.slots()[on.slot].layer;
         let frame = on.live.frame();
         let planes = frame.as_ref().map(|frame| self.viewport.planes_of(frame, layer));
-        let stale = on.live.marked_in().is_some_and(|wait| wait.is_zero());
+        let behind = on.live.marked_in().is_some_and(|wait| wait.is_zero());
+        let stale = if on.outdated {
+            Some("the file as it was before the error")
+        } else {
+            behind.then_some("previous settings")
+        };
         let shown = self.viewport.ui(ui, &mut document.view, Shown { layer, planes: planes.as_ref(), stale });
         self.geometry = shown.geometry;
         self.pixel = shown.hovered_pixel;
         let rect = shown.response.rect;
         let Some(frame) = frame else {
-            let text = "Rendering the first picture \u{2026}";
+            let text = if on.reading { "Reading the scene \u{2026}" } else { "Rendering the first picture \u{2026}" };
             let font = egui::TextStyle::Heading.resolve(ui.style());
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, font, ui.visuals().weak_text_color());
             return rect;

@@ -42,8 +42,8 @@ pub struct Shown<'a> {
     pub layer: Layer,
     /// Its numbers.
     pub planes: Option<&'a Arc<Planes>>,
-    /// They are of older settings: faded and labelled.
-    pub stale: bool,
+    /// They are not what was asked for: faded, and labelled with these words.
+    pub stale: Option<&'a str>,
 }
 
 /// What a pass over the viewport found.
@@ -82,7 +82,7 @@ impl Viewport {
         let painter = ui.painter_at(rect);
         // Runs without a frame too, so that the first frame of a picture does not fade in or out.
         let fade_seconds = ui.style().animation_time;
-        let faded = ui.ctx().animate_bool_with_time(response.id.with("stale"), shown.stale, fade_seconds);
+        let faded = ui.ctx().animate_bool_with_time(response.id.with("stale"), shown.stale.is_some(), fade_seconds);
 
         let Some(planes) = shown.planes.filter(|planes| planes.bounds().area() > 0) else {
             painter.rect_filled(rect, 0.0, tone::surround(dark));
@@ -98,7 +98,7 @@ impl Viewport {
         }
         draw_values(&painter, planes, &geometry, &uniforms);
         if faded > 0.0 {
-            draw_stale_tag(&painter, rect, faded);
+            draw_stale_tag(ui, &painter, rect, shown.stale.unwrap_or_default(), faded);
         }
         let hovered_pixel = response.hover_pos().and_then(|at| pixel_at(planes.bounds(), geometry.to_image(at)));
         ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
@@ -251,10 +251,17 @@ fn luma([r, g, b]: [f32; 3]) -> f32 {
 }
 
 /// Says that the picture is not that of the present settings.
-fn draw_stale_tag(painter: &egui::Painter, rect: Rect, opacity: f32) {
+fn draw_stale_tag(ui: &egui::Ui, painter: &egui::Painter, rect: Rect, words: &str, opacity: f32) {
+    if words.is_empty() {
+        return;
+    }
     let font = FontId::proportional(14.0);
-    let galley = painter.layout_no_wrap("previous settings".to_owned(), font, Color32::WHITE);
-    let plate = Rect::from_min_size(rect.min + vec2(12.0, 12.0), galley.size() + vec2(16.0, 8.0));
+    let galley = painter.layout_no_wrap(words.to_owned(), font, Color32::WHITE);
+    // Above the legend: what has gone wrong is said at the top.
+    let size = galley.size() + vec2(16.0, 8.0);
+    let plate = Rect::from_min_size(rect.left_bottom() + vec2(12.0, -100.0 - size.y), size);
+    let tag = ui.interact(plate, ui.scope_id().with("stale tag"), Sense::hover());
+    tag.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, words));
     let mut painter = painter.clone();
     painter.multiply_opacity(opacity);
     painter.rect_filled(plate, 4.0, Color32::from_black_alpha(200));

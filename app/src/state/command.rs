@@ -39,10 +39,20 @@ pub enum Command {
     OpenTyped,
     /// Opens a scene or a snapshot.
     OpenPath(PathBuf),
+    /// Reads the open file again.
+    Reload,
+    /// Puts away what is said about a file that could not be opened.
+    DismissOpenError,
     /// Opens a scene shipped in the program.
     OpenShipped(Shipped),
     /// Saves a snapshot under the next free name.
     Save,
+    /// The same, where the folder for it is missing and is to be created.
+    SaveCreatingFolder,
+    /// Shows where a file lies.
+    ShowInFolder(PathBuf),
+    /// Copies the path of a file.
+    CopyPath(PathBuf),
     /// Asks for the folder of snapshots.
     ChooseFolder,
     /// Copies the picture as it is shown.

@@ -25,14 +25,11 @@ pub struct Opened {
     pub path: Option<PathBuf>,
     /// Name for titles.
     pub title: String,
-    /// Name that snapshots start from, without extension.
-    pub snapshot_stem: String,
 }
 
 impl Opened {
     /// What a scene file says, with the default view.
     pub fn from_scene_file(file: SceneFile, path: Option<PathBuf>) -> Self {
-        let stem = PathBuf::from(&file.film_filename).file_stem().map(|s| s.to_string_lossy().into_owned());
         Self {
             title: file.scene.name.clone(),
             scene: Arc::new(file.scene),
@@ -41,7 +38,6 @@ impl Opened {
             view: ViewState::default(),
             warnings: file.warnings,
             path,
-            snapshot_stem: stem.filter(|s| !s.is_empty()).unwrap_or_else(|| "mislab".into()),
         }
     }
 }
@@ -87,6 +83,14 @@ impl Document {
             active: 0,
             opened: Arc::new(opened),
         }
+    }
+
+    /// The same document after its file has changed: what the file says, looked at as before.
+    pub fn reloaded(&self, opened: Opened) -> Self {
+        let layer = self.active().layer;
+        let mut document = Self { view: self.view.clone(), ..Self::new(opened) };
+        document.active_mut().layer = layer;
+        document
     }
 
     /// The pictures, in their order on screen.

@@ -54,6 +54,7 @@ pub fn bindings() -> Vec<Action> {
         action("View", "100 %: one pixel to one", "Ctrl+0", CTRL, Key::Num0, Command::ActualSize),
         action("File", "Open \u{2026}", "Ctrl+O", CTRL, Key::O, Command::Open),
         action("File", "Open a typed path \u{2026}", "Ctrl+Shift+O", CTRL.plus(SHIFT), Key::O, Command::OpenTyped),
+        action("File", "Read the open file again", "F5", PLAIN, Key::F5, Command::Reload),
         action("File", "Save a snapshot", "Ctrl+S", CTRL, Key::S, Command::Save),
         action("File", "Copy the picture", "Ctrl+C", CTRL, Key::C, Command::CopyPicture),
         action("File", "Copy the values under the cursor", "Ctrl+Shift+C", CTRL.plus(SHIFT), Key::C, Command::CopyValues),
@@ -150,7 +151,7 @@ pub fn pressed(ctx: &Context) -> Vec<Command> {
                 }
                 _ => return true,
             };
-            let with_control = modifiers.command || matches!(key, Key::F1 | Key::F11);
+            let with_control = modifiers.command || matches!(key, Key::F1 | Key::F5 | Key::F11);
             if typing && (!with_control || edits_text(key)) {
                 return true;
             }

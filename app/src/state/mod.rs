@@ -1,11 +1,14 @@
 //! What the user sets, and every way to set it, as plain data.
 
 pub mod command;
+pub mod destination;
 pub mod document;
 pub mod edit;
+pub mod file_name;
 pub mod history;
 pub mod keys;
 pub mod pacing;
+pub mod paths;
 pub mod placement;
 pub mod prefs;
 pub mod view;

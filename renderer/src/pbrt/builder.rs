@@ -432,7 +432,7 @@ impl Builder {
     }
 
     /// The scene, once all directives are read. `end` is where the file ends.
-    pub fn finish(mut self, name: String, source: String, mut log: Log, end: Pos) -> Result<SceneFile, Error> {
+    pub fn finish(mut self, name: String, source: String, log: &mut Log, end: Pos) -> Result<SceneFile, Error> {
         if !self.recognised {
             return Err(log.error(Pos { offset: 0, ..end }, "no pbrt directive found, expected a pbrt-v3 scene file"));
         }
@@ -441,14 +441,14 @@ impl Builder {
             Phase::World => log.warn_dialect(end, "no WorldEnd: the file may be incomplete", "no WorldEnd"),
             Phase::Done => {}
         }
-        self.warn_unclosed(&mut log);
+        self.warn_unclosed(log);
         header::defaults(&mut self.settings, self.film_filename.is_some(), self.has_sampler || self.has_integrator);
         let camera = self.camera.unwrap_or_else(|| {
             log.warn(end, "no Camera: seen from the origin along +z with a field of view of 90 degrees, as in pbrt");
             Camera { world_from_camera: DMat4::IDENTITY, fov_deg: 90.0, screen_window: None }
         });
         for (shape, at) in self.shapes.iter_mut().zip(&self.places) {
-            enlarge(shape, &camera, *at, &mut log);
+            enlarge(shape, &camera, *at, log);
         }
         let (materials, index) = self.materials.finish();
         for shape in &mut self.shapes {
@@ -459,7 +459,7 @@ impl Builder {
             settings: self.settings,
             film_filename: self.film_filename.unwrap_or_else(|| "pbrt.exr".to_owned()),
             foreign_integrator: self.foreign_integrator,
-            warnings: log.into_warnings(),
+            warnings: log.take_warnings(),
             source,
         })
     }

@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::error::{Diagnostic, Error, Location};
@@ -40,10 +41,11 @@ struct Warning {
     dialect: Option<String>,
 }
 
-/// All texts read so far and all warnings given so far.
+/// All texts read so far, all files looked for and all warnings given so far.
 #[derive(Default)]
 pub(super) struct Log {
     sources: Vec<Source>,
+    files: Vec<PathBuf>,
     warnings: Vec<Warning>,
     said: HashSet<String>,
     /// Something was found that only files of pbrt-v4 have.
@@ -58,6 +60,18 @@ impl Log {
     pub fn add_source(&mut self, name: &str, text: Arc<str>) -> u32 {
         self.sources.push(Source { name: Arc::from(name), text, last: Cell::new(Mark::START) });
         (self.sources.len() - 1) as u32
+    }
+
+    /// Remembers a file that the scene depends on, there or not.
+    pub fn add_file(&mut self, path: &Path) {
+        if !self.files.iter().any(|known| known == path) {
+            self.files.push(path.to_owned());
+        }
+    }
+
+    /// The files remembered, in the order they were asked for.
+    pub fn take_files(&mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.files)
     }
 
     /// File, line and column of a position. A tab is one column, CRLF one line end.
@@ -137,18 +151,19 @@ impl Log {
     }
 
     /// The warnings, in the order given.
-    pub fn into_warnings(mut self) -> Vec<Diagnostic> {
+    pub fn take_warnings(&mut self) -> Vec<Diagnostic> {
+        let mut warnings = std::mem::take(&mut self.warnings);
         if self.is_v4 {
-            let differences: Vec<String> = self.warnings.iter().filter_map(|w| w.dialect.clone()).collect();
+            let differences: Vec<String> = warnings.iter().filter_map(|w| w.dialect.clone()).collect();
             let message =
                 format!("a file of pbrt-v4, read with these differences as pbrt-v3: {}", differences.join(", "));
-            if let Some(first) = self.warnings.iter_mut().find(|w| w.dialect.is_some()) {
+            if let Some(first) = warnings.iter_mut().find(|w| w.dialect.is_some()) {
                 first.diagnostic.message = message;
                 first.dialect = None;
             }
-            self.warnings.retain(|w| w.dialect.is_none());
+            warnings.retain(|w| w.dialect.is_none());
         }
-        self.warnings.into_iter().map(|w| w.diagnostic).collect()
+        warnings.into_iter().map(|w| w.diagnostic).collect()
     }
 }
 

@@ -23,7 +23,7 @@ mod ply;
 mod shape;
 mod transform;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mislab_kernel::request::scene::Scene;
@@ -72,13 +72,25 @@ pub fn name_with_strategy(filename: &str, strategy: Strategy) -> String {
 /// [`Error::Scene`] with file, line and column if it (or a file that it includes) cannot be told apart into directives, or if
 /// one that says what is computed is wrong.
 pub fn load(path: &Path) -> Result<SceneFile, Error> {
+    load_with_files(path).0
+}
+
+/// As [`load`], with the files that the answer depends on, also where that is an error: the scene file itself, what it
+/// includes and its meshes, those that are missing among them.
+pub fn load_with_files(path: &Path) -> (Result<SceneFile, Error>, Vec<PathBuf>) {
     let mut log = Log::default();
+    log.add_file(path);
+    let scene = load_into(path, &mut log);
+    (scene, log.take_files())
+}
+
+fn load_into(path: &Path, log: &mut Log) -> Result<SceneFile, Error> {
     let name = path.display().to_string();
     let text = parser::read_scene_text(path)?;
     // `parent` of a bare file name is the empty path, which joins to the same bare name: the
     // current folder, as wanted.
     let folder: Option<Arc<Path>> = path.parent().map(Arc::from);
-    let mut parser = Parser::new(&mut log, &name, text, folder, Some(path))?;
+    let mut parser = Parser::new(log, &name, text, folder, Some(path))?;
     read(&mut parser, log, name)
 }
 
@@ -91,7 +103,7 @@ pub fn load(path: &Path) -> Result<SceneFile, Error> {
 pub fn parse(text: &str, name: &str, include_dir: Option<&Path>) -> Result<SceneFile, Error> {
     let mut log = Log::default();
     let mut parser = Parser::new(&mut log, name, text.to_owned(), include_dir.map(Arc::from), None)?;
-    read(&mut parser, log, name.to_owned())
+    read(&mut parser, &mut log, name.to_owned())
 }
 
 /// The default scene, built into the binary.
@@ -111,10 +123,10 @@ fn embedded(text: &str, name: &str) -> SceneFile {
     file
 }
 
-fn read(parser: &mut Parser, mut log: Log, name: String) -> Result<SceneFile, Error> {
+fn read(parser: &mut Parser, log: &mut Log, name: String) -> Result<SceneFile, Error> {
     let mut builder = Builder::default();
-    while let Some(directive) = parser.next_directive(&mut log)? {
-        builder.apply(directive, &mut log)?;
+    while let Some(directive) = parser.next_directive(log)? {
+        builder.apply(directive, log)?;
     }
     let stem = Path::new(&name).file_stem().map_or_else(|| name.clone(), |s| s.to_string_lossy().into_owned());
     builder.finish(stem, name, log, parser.end())

@@ -59,15 +59,18 @@ pub(super) struct Folders {
 
 impl Folders {
     /// The path of an existing file called `name`, or a message that says where it was looked for.
-    pub fn find(&self, name: &str) -> Result<PathBuf, String> {
+    pub fn find(&self, name: &str, log: &mut Log) -> Result<PathBuf, String> {
         let (Some(own), Some(main)) = (&self.own, &self.main) else {
             return Err(format!("file {}, but this scene text lies in no folder to look it up in", shown(name)));
         };
         let path = own.join(name);
+        // Missing or not: once it is there, it is the one.
+        log.add_file(&path);
         if path.exists() {
             return Ok(path);
         }
         let in_main = main.join(name);
+        log.add_file(&in_main);
         if in_main.exists() {
             return Ok(in_main);
         }
@@ -178,7 +181,7 @@ impl Parser {
             [Item { values: Values::Texts(texts), .. }] if texts.len() == 1 => &texts[0].0,
             _ => return Err(log.error(at, "expected Include and one file name in quotes")),
         };
-        let path = directive.folders.find(name).map_err(|message| log.error(at, format!("Include: {message}")))?;
+        let path = directive.folders.find(name, log).map_err(|message| log.error(at, format!("Include: {message}")))?;
         let canonical = path.canonicalize().ok();
         if canonical.is_some() && self.frames.iter().any(|f| f.canonical == canonical) {
             return Err(log.error(at, format!("Include of {}, which includes this file already", path.display())));

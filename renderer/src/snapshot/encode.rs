@@ -1,9 +1,7 @@
-//! From a picture to the bytes of a file, and safely onto the disk.
+//! From a picture to the bytes of a file.
 
 use std::collections::HashMap;
-use std::fs;
-use std::io::{Cursor, Write};
-use std::path::{Path, PathBuf};
+use std::io::Cursor;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use exr::image::write::WritableImage;
@@ -201,33 +199,4 @@ fn sort_attributes(file: &mut [u8]) {
     }
     attributes.sort();
     file[MAGIC_AND_VERSION..at].copy_from_slice(&attributes.concat());
-}
-
-/// See [`super::write_file`].
-pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let io = |e| Error::io(path, "save", e);
-    // A link stays a link: its target is replaced.
-    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    // Nothing but a plain file can be replaced by renaming: a pipe or /dev/null takes the bytes as they come.
-    if fs::metadata(&target).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-        return fs::write(&target, bytes).map_err(io);
-    }
-    let folder = match target.parent() {
-        Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
-        Some(folder) => folder.to_owned(),
-        None => PathBuf::from("/"),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".mislab-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        // The rights of any new file (the umask still applies), not those of a private temporary one.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder).map_err(io)?;
-    file.write_all(bytes).map_err(io)?;
-    file.as_file().sync_all().map_err(io)?;
-    file.persist(&target).map_err(|e| io(e.error))?;
-    Ok(())
 }

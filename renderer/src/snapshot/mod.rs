@@ -7,6 +7,7 @@
 //! bit, and in `mislabView`, a text of the caller's.
 
 mod decode;
+mod disk;
 mod encode;
 mod names;
 
@@ -115,7 +116,15 @@ impl Contents {
 /// # Errors
 /// [`Error::Io`].
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    encode::write_file(path, bytes)
+    disk::write_file(path, bytes)
+}
+
+/// As [`write_file`], but never over anything that is there: false, and nothing is written, if the name is taken.
+///
+/// # Errors
+/// As [`write_file`].
+pub fn write_new_file(path: &Path, bytes: &[u8]) -> Result<bool, Error> {
+    disk::write_new_file(path, bytes)
 }
 
 /// A rectangle of an EXR file: position of the top left pixel and size.

@@ -213,3 +213,31 @@ fn bad_ply_files_are_left_out() {
     message(&ply_binary(true)[..200]);
     message(PLY_ASCII.replace("uchar int vertex", "float int vertex").replace("4 0 1 2 3", "4.5 0 1 2 3").as_bytes());
 }
+
+#[test]
+fn the_files_a_scene_depends_on_are_named_also_in_errors() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path();
+    let names = |path: &Path| {
+        let (scene, files) = pbrt::load_with_files(path);
+        let name = |file: &std::path::PathBuf| {
+            let file = file.strip_prefix(root).expect("all of them are here");
+            file.to_string_lossy().replace('\\', "/")
+        };
+        (scene.is_ok(), files.iter().map(name).collect::<Vec<_>>())
+    };
+    let main = root.join("main.pbrt");
+    assert_eq!(names(&main), (false, vec!["main.pbrt".to_owned()]), "a file that is missing");
+    write(root, "main.pbrt", "WorldBegin\nInclude \"parts/a.pbrt\"\nInclude \"parts/a.pbrt\"\nWorldEnd");
+    write(root, "parts/a.pbrt", "Shape \"plymesh\" \"string filename\" \"../mesh.ply\"");
+    let expected = ["main.pbrt", "parts/a.pbrt", "parts/../mesh.ply", "../mesh.ply"];
+    let (ok, files) = pbrt::load_with_files(&main);
+    assert!(ok.is_err() && files.len() == expected.len(), "the mesh is missing: {files:?}");
+    write(
+        root,
+        "mesh.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    );
+    assert_eq!(names(&main), (true, expected[..3].iter().map(|name| (*name).to_owned()).collect()), "each once");
+}

@@ -1,0 +1,119 @@
+//! From the program to its window, or to the reason why there is none.
+
+mod surroundings;
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use eframe::egui;
+use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup};
+
+use crate::app::{AppOptions, MisLabApp};
+use crate::files::kept;
+use crate::state::prefs::Prefs;
+
+/// Why there is no window.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoWindow {
+    /// One sentence for the terminal.
+    pub reason: String,
+}
+
+/// Opens the window and stays until it is closed.
+///
+/// # Errors
+/// If there is no display or no way to draw on it.
+pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
+    surroundings::mend();
+    let prefs_file = kept::place();
+    let (prefs, remark) = prefs_file.as_deref().map_or_else(|| (Prefs::default(), None), kept::load);
+    let viewport = egui::ViewportBuilder::default()
+        .with_title("MIS Lab")
+        .with_app_id("mislab")
+        .with_inner_size(prefs.window.size)
+        .with_maximized(prefs.window.maximized)
+        .with_min_inner_size([960.0, 600.0])
+        .with_drag_and_drop(true);
+    // The toolkit keeps nothing and reads nothing: numbers in its file that no screen can have are a panic.
+    let nowhere = Some(PathBuf::new());
+    let mut native =
+        eframe::NativeOptions { viewport, persist_window: false, persistence_path: nowhere, ..Default::default() };
+    allow_large_windows(&mut native.wgpu_options);
+    let options = AppOptions { scene, threads: 0, prefs, prefs_file, remark };
+    let created = Arc::new(AtomicBool::new(false));
+    let there = created.clone();
+    let create: eframe::AppCreator<'_> = Box::new(move |cc| {
+        there.store(true, Ordering::Relaxed);
+        Ok(Box::new(MisLabApp::new(cc, options)))
+    });
+    silence_panics_until(created.clone());
+    // A missing keyboard library panics inside the window library, instead of being an error.
+    let result = catch_unwind(AssertUnwindSafe(|| eframe::run_native("mislab", native, create)));
+    // What libraries say names their own source files and, of adapters, empty lists.
+    let reason = match result {
+        Ok(Ok(())) => return Ok(()),
+        Ok(Err(eframe::Error::WinitEventLoop(_))) => surroundings::no_display(),
+        Ok(Err(eframe::Error::Wgpu(_))) => {
+            format!("neither Vulkan nor OpenGL offers a device to draw with{}", surroundings::how_to_install(GRAPHICS))
+        }
+        Ok(Err(error)) => format!("it could not be opened ({})", without_place(&error.to_string())),
+        // A fault of ours, not a missing display.
+        Err(panic) if created.load(Ordering::Relaxed) => resume_unwind(panic),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().cloned();
+            let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+            let text = text.map_or(String::new(), |text| format!(" ({})", text.trim_end_matches(['.', ' '])));
+            format!("a library of the window system is missing{text}{}", surroundings::how_to_install(WINDOW))
+        }
+    };
+    Err(NoWindow { reason })
+}
+
+/// Debian's packages that a window needs.
+const WINDOW: &str = "libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6";
+/// And those that draw on it.
+const GRAPHICS: &str = "libvulkan1 mesa-vulkan-drivers libegl1 libgl1-mesa-dri";
+
+/// Until the app is there, a panic is a missing library, which is said in a sentence of ours.
+fn silence_panics_until(created: Arc<AtomicBool>) {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        if created.load(Ordering::Relaxed) {
+            usual(info);
+        }
+    }));
+}
+
+/// "os error at FILE:LINE: what", without the first part.
+fn without_place(text: &str) -> &str {
+    match text.split_once(": ") {
+        Some((place, what)) if place.contains(".rs:") => what,
+        Some(_) | None => text,
+    }
+}
+
+/// The toolkit asks for textures of 8192 pixels, whatever the device can do: less is refused where
+/// the device has less, and a window larger than that is a panic.
+fn allow_large_windows(options: &mut WgpuConfiguration) {
+    if let WgpuSetup::CreateNew(setup) = &mut options.wgpu_setup {
+        let usual = setup.device_descriptor.clone();
+        setup.device_descriptor = Arc::new(move |adapter| {
+            let mut descriptor = usual(adapter);
+            descriptor.required_limits.max_texture_dimension_2d = adapter.limits().max_texture_dimension_2d;
+            descriptor
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_in_libraries_are_nobodys_business() {
+        assert_eq!(without_place("os error at /a/b/src/x11.rs:12: no such atom"), "no such atom");
+        assert_eq!(without_place("wrong: number"), "wrong: number");
+    }
+}
