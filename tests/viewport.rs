@@ -8,7 +8,7 @@ use eframe::egui::{self, Pos2, Rect, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use mislab::look::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
 use mislab::picture::film_texture::FilmPipeline;
-use mislab::picture::legend::legend_overlay;
+use mislab::picture::legend::{Key, legend_overlay};
 use mislab::picture::normalise::normalise;
 use mislab::picture::planes::Planes;
 use mislab::picture::still::{planes_to_rgba8, render_to_rgba8};
@@ -31,17 +31,19 @@ struct App {
     stale: bool,
     dark: bool,
     legend: bool,
+    here: Option<f32>,
     last: Option<ViewportResponse>,
 }
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        let Self { gpu, cpu, on_gpu, layer, view, planes, stale, dark, legend, last } = self;
+        let Self { gpu, cpu, on_gpu, layer, view, planes, stale, dark, legend, here, last } = self;
         ui.ctx().set_theme(if *dark { egui::Theme::Dark } else { egui::Theme::Light });
         let viewport = if *on_gpu { gpu } else { cpu };
         let shown = viewport.ui(ui, view, Shown { layer: *layer, planes: planes.as_ref(), stale: *stale });
         if *legend {
-            legend_overlay(ui, shown.response.rect, *layer, view);
+            let rect = shown.response.rect;
+            legend_overlay(ui, rect, rect, Key { layer: *layer, view, here: *here });
         }
         *last = Some(shown);
     }
@@ -59,6 +61,7 @@ impl App {
             stale: false,
             dark: true,
             legend: false,
+            here: None,
             last: None,
         }
     }
@@ -471,6 +474,9 @@ fn the_viewport_speaks_to_screen_readers() {
     harness.run();
     harness.get_by_label("Picture: Variance of one sample");
     harness.get_by_label("Legend: Variance of one sample, ≤1e-4, 0.001, 0.01, 0.1, 1, 10, ≥100, hatched: undefined");
+    harness.state_mut().here = Some(0.5);
+    harness.run();
+    harness.get_by_label_contains("hatched: undefined, marked: 0.5000");
 }
 
 #[test]

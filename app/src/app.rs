@@ -11,13 +11,16 @@ use crate::files::FileEvent;
 use crate::files::opening::{read, shipped};
 use crate::files::saving::SaveJob;
 use crate::lab::Lab;
-use crate::layout::{FULL_WIDTH, window_ui};
+use crate::layout::window_ui;
 use crate::look::theme;
+use crate::look::zoom::{self, ZoomStep};
 use crate::panel::messages::OpenError;
+use crate::panel::number;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
 use crate::picture::live::LivePicture;
 use crate::picture::normalise::normalise;
+use crate::picture::picking::things;
 use crate::picture::pixel::Pixel;
 use crate::picture::planes::Planes;
 use crate::picture::still::render_to_rgba8;
@@ -26,7 +29,9 @@ use crate::state::document::{Document, Opened};
 use crate::state::history::EditKey;
 use crate::state::keys;
 use crate::state::pacing::Pacing;
+use crate::state::placement::Placement;
 use crate::state::prefs::Prefs;
+use crate::state::presses::Presses;
 use crate::state::view::StoredView;
 
 /// How the app is started.
@@ -80,7 +85,7 @@ impl MisLabApp {
         theme::install_fonts(ctx);
         ctx.options_mut(|o| o.zoom_with_keyboard = false);
         ctx.set_theme(prefs.theme);
-        ctx.set_zoom_factor(prefs.zoom);
+        ctx.add_plugin(Presses::default());
         let mut lab = Lab::new(ctx, Document::new(opened), prefs, options.threads);
         lab.messages.open_error = open_error;
         let gpu_trouble = GpuTrouble::default();
@@ -119,13 +124,18 @@ impl MisLabApp {
 
     /// Carries out one command.
     pub fn apply(&mut self, ctx: &Context, command: Command) {
-        let Lab { document, history, pacing, prefs, engine, files, sheets, .. } = &mut self.lab;
+        let Lab { document, history, pacing, prefs, engine, files, sheets, messages, .. } = &mut self.lab;
         match command {
             Command::Edit(edit) => {
                 self.change(edit.key(), |document| edit.apply(document));
             }
             Command::Normalise => self.normalise(),
             Command::Fit => document.view.placement.fit(),
+            Command::FitThings => {
+                if let Some(bounds) = things(&document.scene, document.image.resolution) {
+                    document.view.placement = Placement::Part(bounds);
+                }
+            }
             Command::ActualSize => {
                 if let Some(geometry) = self.lab.pane().geometry() {
                     self.lab.document.view.placement.actual_size(&geometry);
@@ -139,8 +149,16 @@ impl MisLabApp {
             }
             Command::SetRate(rate) => pacing.set_rate(rate),
             Command::Restart => engine.pictures_mut().iter_mut().for_each(LivePicture::restart),
-            Command::Undo => history.undo(document),
-            Command::Redo => history.redo(document),
+            Command::Undo => {
+                if let Some(key) = history.undo(document) {
+                    messages.say(format!("Undone: {}", key.words(document)));
+                }
+            }
+            Command::Redo => {
+                if let Some(key) = history.redo(document) {
+                    messages.say(format!("Done again: {}", key.words(document)));
+                }
+            }
             Command::Open => {
                 let folder = document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into);
                 files.pick(folder);
@@ -169,12 +187,13 @@ impl MisLabApp {
                 prefs.theme = theme;
                 ctx.set_theme(theme);
             }
-            Command::ZoomInterface(factor) => self.zoom_interface(ctx, factor),
+            Command::ZoomInterface(step) => self.zoom_interface(ctx, step),
             Command::ToggleHelp => sheets.help = !sheets.help,
             Command::TogglePalette => {
                 sheets.palette = if sheets.palette.is_none() { Some(Palette::default()) } else { None };
             }
             Command::ToggleTable => sheets.table.open = !sheets.table.open,
+            Command::StopTable => sheets.table.cancel(),
         }
         self.lab.match_slots();
     }
@@ -214,23 +233,17 @@ impl MisLabApp {
         self.lab.messages.say("The values of the pixel are on the clipboard.");
     }
 
-    fn zoom_interface(&mut self, ctx: &Context, factor: Option<f32>) {
-        let room = self.zoom_room(ctx);
+    fn zoom_interface(&mut self, ctx: &Context, step: ZoomStep) {
+        let (native, scale) = (native_size(ctx), self.lab.scale());
         let Lab { prefs, messages, .. } = &mut self.lab;
-        let zoom = factor.map_or(1.0, |f| prefs.zoom * f);
-        // Steps of a twentieth: what comes back from five steps up and five down is 1.
-        let zoom = (zoom * 20.0).round() / 20.0;
-        prefs.zoom = zoom.clamp(*Prefs::ZOOM.start(), *Prefs::ZOOM.end());
-        if prefs.zoom > room {
-            prefs.zoom = room;
-            messages.say("No room for larger panels. Ctrl+B hides them: the projector view.");
+        let wanted = step.from(prefs.zoom);
+        let grown = zoom::factor(native, scale, wanted) > zoom::factor(native, scale, prefs.zoom) + 1e-3;
+        if step == ZoomStep::Larger && !grown {
+            messages.say("No room for anything larger. Ctrl+B hides the panels: the projector view.");
+            return;
         }
-    }
-
-    /// The largest interface scale at which both columns still fit beside the picture.
-    fn zoom_room(&self, ctx: &Context) -> f32 {
-        let points_at_one = ctx.content_rect().width() * ctx.zoom_factor();
-        if self.lab.prefs.panels { (points_at_one / FULL_WIDTH).max(1.0) } else { *Prefs::ZOOM.end() }
+        prefs.zoom = wanted;
+        messages.say(format!("Interface {:.0} %", 100.0 * wanted));
     }
 
     fn take_over(&mut self, opened: Opened) {
@@ -240,7 +253,7 @@ impl MisLabApp {
             prefs.remember(path.clone());
         }
         let before = std::mem::replace(document, Document::new(opened));
-        history.record(before, EditKey("open", 0));
+        history.record(before, EditKey("opening of a file", 0));
         history.end_gesture();
         swatches.clear();
         messages.open_error = None;
@@ -307,11 +320,16 @@ impl MisLabApp {
             self.lab.files.open(path);
         }
         // A scale kept from a larger screen must not push the panels out of a smaller one.
-        let zoom = self.lab.prefs.zoom.min(self.zoom_room(ctx));
+        let zoom = zoom::factor(native_size(ctx), self.lab.scale(), self.lab.prefs.zoom);
         if (ctx.zoom_factor() - zoom).abs() > 1e-3 {
             ctx.set_zoom_factor(zoom);
         }
         self.lab.sheets.table.poll();
+        if let Some(text) = number::take_refused(ctx) {
+            self.lab
+                .messages
+                .complain(format!("\u{201c}{text}\u{201d} is not a number for this field; it stays as it was."));
+        }
         let trouble = self.gpu_trouble.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(message) = trouble {
             // The picture goes on without the graphics device; the toolkit may recover its own part or not.
@@ -366,6 +384,11 @@ impl eframe::App for MisLabApp {
         self.lab.sheets.table.stop();
         self.lab.engine.stop();
     }
+}
+
+/// The window in points at the system's own factor.
+fn native_size(ctx: &Context) -> egui::Vec2 {
+    ctx.content_rect().size() * ctx.zoom_factor()
 }
 
 /// Without these the default handler ends the process.

@@ -3,6 +3,7 @@
 use eframe::egui::{RichText, TextEdit, Ui};
 
 use crate::look::theme::{GRID, Inks};
+use crate::panel::hint::Hint as _;
 use crate::panel::widgets::{labelled, title, wide_button};
 use crate::state::command::Command;
 use crate::state::prefs::SavePrefs;
@@ -13,14 +14,14 @@ pub fn save_ui(ui: &mut Ui, prefs: &mut SavePrefs, error: Option<&str>, out: &mu
     let label = 72.0;
     labelled(ui, "Name", label, |ui| {
         let edit = TextEdit::singleline(&mut prefs.stem).desired_width(ui.available_width());
-        ui.add(edit).accessible_name("Snapshot name").on_hover_text("A number is added where a file is already there.");
+        ui.add(edit).accessible_name("Snapshot name").hint("A number is added where a file is already there.");
     });
     labelled(ui, "Folder", label, |ui| {
         ui.spacing_mut().item_spacing.x = GRID;
         let button = 40.0;
         let mut folder = prefs.folder.display().to_string();
         let edit = TextEdit::singleline(&mut folder).desired_width(ui.available_width() - button - GRID);
-        if ui.add(edit).accessible_name("Snapshot folder").on_hover_text(prefs.folder.display().to_string()).changed() {
+        if ui.add(edit).accessible_name("Snapshot folder").hint(prefs.folder.display().to_string()).changed() {
             prefs.folder = folder.into();
         }
         if wide_button(ui, "\u{2026}", button).accessible_name("Choose folder").clicked() {

@@ -2,6 +2,7 @@
 
 pub mod engine;
 pub mod film_texture;
+pub mod histogram;
 pub mod interaction;
 pub mod legend;
 pub mod live;

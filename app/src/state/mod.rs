@@ -8,4 +8,5 @@ pub mod keys;
 pub mod pacing;
 pub mod placement;
 pub mod prefs;
+pub mod presses;
 pub mod view;

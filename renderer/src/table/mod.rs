@@ -30,6 +30,8 @@ use mislab_kernel::request::{
 };
 use serde::Serialize;
 
+pub use self::report::with_error;
+
 use self::quality::{Reference, crosses, mean_and_error, sidak};
 use self::regions::{Groups, Square, visible_materials};
 use crate::engine::Renderer;
