@@ -12,8 +12,9 @@ use crate::files::opening::{read, shipped};
 use crate::files::saving::SaveJob;
 use crate::lab::Lab;
 use crate::layout::window_ui;
-use crate::look::theme;
+use crate::look::theme::{self, TypeScale};
 use crate::look::zoom::{self, ZoomStep};
+use crate::panel::hint;
 use crate::panel::messages::OpenError;
 use crate::panel::number;
 use crate::panel::open::OpenSheet;
@@ -366,6 +367,7 @@ impl eframe::App for MisLabApp {
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::hold);
+        hint::begin_pass(ui.ctx(), self.lab.scale() == TypeScale::Desk);
         let mut commands = keys::pressed(ui.ctx());
         window_ui(ui, &mut self.lab, &mut commands);
         let ctx = ui.ctx().clone();

@@ -23,7 +23,6 @@ use crate::state::command::Command;
 
 /// Draws the window and collects what the user wants.
 pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
-    hint::begin_pass(ui.ctx(), lab.scale() == TypeScale::Desk);
     escape(ui.ctx(), lab);
     match lab.scale() {
         TypeScale::Desk => desk(ui, lab, out),
@@ -141,7 +140,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             ui.horizontal(|ui| {
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
-                    display::layer_menu(ui, slot.layer, ui.available_width() - 4.0 * GRID, out);
+                    display::layer_menu(ui, slot.layer, ui.available_width(), out);
                 });
             });
             if !LayerLook::of(slot.layer).is_colour() {

@@ -84,6 +84,7 @@ impl Caption {
 
     /// In a column beside the picture, line under line.
     pub fn column_ui(&self, ui: &mut Ui) {
+        ui.spacing_mut().interact_size.y = 0.0;
         let font = TextStyle::Body.resolve(ui.style());
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0 * GRID;

@@ -114,7 +114,7 @@ pub fn light_prob(ui: &mut Ui, matters: bool) {
 
 /// Roughness.
 pub fn roughness(ui: &mut Ui) {
-    row([text("D(h)  \u{221d}  1 / (cos\u{b2}\u{3b8} (\u{3b1}\u{b2} \u{2212} 1) + 1)\u{b2}")]).show(ui, SIZE);
+    row([text("D(h)  ~  1 / (cos\u{b2}\u{3b8} (\u{3b1}\u{b2} \u{2212} 1) + 1)\u{b2}")]).show(ui, SIZE);
     lines(
         ui,
         "\u{3b1}: width of the GGX lobe. At 0 the plate is a mirror, and only BSDF samples find the light.",
@@ -127,7 +127,7 @@ pub fn roughness(ui: &mut Ui) {
 
 /// Radius of a light.
 pub fn radius(ui: &mut Ui) {
-    row([text("r\u{b2} L"), text("  stays,  "), text("solid angle  \u{221d}  r\u{b2}")]).show(ui, SIZE);
+    row([text("r\u{b2} L"), text("  stays,  "), text("solid angle  ~  r\u{b2}")]).show(ui, SIZE);
     lines(
         ui,
         "Radius of the light at the same power: smaller is brighter, and harder to hit for BSDF samples.",

@@ -16,12 +16,12 @@ const LINES: f32 = 3.0;
 pub fn formula_ui(ui: &mut Ui, estimator: &Estimator, scale: TypeScale) {
     let inks = Inks::of(ui.visuals());
     let (size, line) = match scale {
-        TypeScale::Desk => (20.0, 44.0),
-        TypeScale::Hall => (30.0, 64.0),
+        TypeScale::Desk => (18.0, 44.0),
+        TypeScale::Hall => (29.0, 70.0),
     };
     let small = egui::TextStyle::Small.resolve(ui.style());
-    let sentence = 2.0 * ui.text_style_height(&egui::TextStyle::Small);
-    let height = LINES * line + sentence;
+    let room = 2.0 * ui.text_style_height(&egui::TextStyle::Small);
+    let height = LINES * line + room;
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     let formulas = formulas(estimator, inks);
     let color = ui.visuals().text_color();
@@ -33,11 +33,12 @@ pub fn formula_ui(ui: &mut Ui, estimator: &Estimator, scale: TypeScale) {
         laid.paint(&painter, egui::pos2(rect.left(), y));
         top += line;
     }
-    let (words, ink) = sentence_about(ui, estimator);
-    let words = painter.layout(words.into(), small, ink, rect.width());
+    let (sentence, ink) = sentence_about(ui, estimator);
+    let words = painter.layout(sentence.into(), small, ink, rect.width());
     painter.galley(egui::pos2(rect.left(), top), words, ink);
     let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
+    response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}. {sentence}")));
 }
 
 /// Shows it in one line, over or beside a picture that needs the height.

@@ -28,7 +28,7 @@ impl Rules {
     }
 }
 
-/// To be called at the beginning of each pass.
+/// To be called at the beginning of each pass, before anything takes keys out of the input.
 pub fn begin_pass(ctx: &Context, on: bool) {
     let Rules { mut last_key, .. } = Rules::of(ctx);
     ctx.input(|input| {
