@@ -1020,9 +1020,18 @@ fn plates_and_lights_can_fill_the_view() {
     lab.key(Modifiers::COMMAND, Key::B);
     lab.fit();
     lab.key(Modifiers::SHIFT, Key::F);
+    lab.apply(Edit::SetLayer(Layer::ShareLight));
     lab.settle();
     let Placement::Part([min, max]) = lab.document().view.placement else { panic!("not a part") };
     assert!(max[1] - min[1] < 60.0, "the rest is cut off: {min:?} to {max:?}");
+    let picture = lab.harness.get_by_role_and_label(Role::Image, "Picture: Share of the light technique").rect();
+    for label in ["4 MIS, one", "Layer menu", "Menu", "c value"] {
+        let rect = lab.rect(label);
+        assert!(
+            rect.left() >= 0.0 && rect.right() <= picture.left(),
+            "{label} at {rect:?}, the picture at {picture:?}"
+        );
+    }
     lab.key(Modifiers::NONE, Key::F);
     assert_eq!(lab.document().view.placement, Placement::Fit);
 }

@@ -121,7 +121,12 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     let frame = lab.live().frame();
     strategy::square_ui(ui, &slot.estimator, out);
     let default = lab.document.opened.settings.estimator.light_prob;
-    strategy::light_prob_ui(ui, &slot.estimator, default, ui.available_width(), out);
+    ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+            strategy::light_prob_ui(ui, &slot.estimator, default, ui.available_width(), out);
+        });
+    });
     formula::formula_ui(ui, &slot.estimator, TypeScale::Hall);
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(GRID);
@@ -137,12 +142,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             });
         }
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            ui.horizontal(|ui| {
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
-                    display::layer_menu(ui, slot.layer, ui.available_width(), out);
-                });
-            });
+            display::layer_menu(ui, slot.layer, ui.available_width(), out);
             if !LayerLook::of(slot.layer).is_colour() {
                 let here = frame.as_ref().and_then(|frame| lab.pane().here(frame, slot.layer));
                 legend_ui(ui, legend::Key { layer: slot.layer, view: &lab.document.view, here });

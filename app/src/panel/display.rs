@@ -54,6 +54,7 @@ pub fn display_ui(ui: &mut Ui, document: &Document, measured: &Measured<'_>, out
 pub fn layer_menu(ui: &mut Ui, shown: Layer, width: f32, out: &mut Vec<Command>) {
     let response = ComboBox::from_id_salt("layer menu")
         .width(width)
+        .truncate()
         .selected_text(LayerLook::of(shown).name)
         .show_ui(ui, |ui| {
             for layer in Layer::ALL {

@@ -15,6 +15,7 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
         ui.heading("Keys");
         // The sheet scrolls where it must; its button is always in reach.
         let room = ctx.content_rect().size() - egui::vec2(80.0, 190.0);
+        ui.set_max_width(room.x);
         let scroll = ScrollArea::both().max_height(room.y).max_width(room.x).auto_shrink(true);
         scroll.show(ui, |ui| {
             ui.horizontal_top(|ui| {
