@@ -885,6 +885,31 @@ fn every_layer_and_slider_has_a_hint_off_the_formula() {
 }
 
 #[test]
+fn hints_of_the_bar_keep_clear_of_the_formula_in_a_narrow_window() {
+    let mut lab = Lab::with_size([1120.0, 720.0]);
+    lab.key(Modifiers::NONE, Key::Num4);
+    let formula = lab.harness.query_all_by_label_contains("Formula: ").next().expect("a formula").rect();
+    let at = lab.harness.get_by_role_and_label(Role::Slider, "c").rect().center();
+    lab.rest_on(at);
+    let hint = lab.harness.query_all_by_label_contains("sample_L_pdf").next().expect("a hint").rect();
+    assert!(!hint.intersects(formula), "{hint:?} over {formula:?}");
+    assert!(hint.top() > at.y, "under what it explains");
+}
+
+#[test]
+fn the_projector_view_has_no_hints() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::COMMAND, Key::B);
+    lab.fit();
+    lab.key(Modifiers::NONE, Key::Num4);
+    for label in ["4 MIS, one", "Layer menu"] {
+        let at = lab.rect(label).center();
+        lab.rest_on(at);
+        assert!(!lab.has("In a scene file") && !lab.has("In the EXR file"), "{label}");
+    }
+}
+
+#[test]
 fn a_hint_goes_with_the_first_key() {
     let mut lab = Lab::new();
     let at = lab.rect("Layer: Variance of one sample").center();

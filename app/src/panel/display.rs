@@ -57,13 +57,16 @@ pub fn layer_menu(ui: &mut Ui, shown: Layer, width: f32, out: &mut Vec<Command>)
         .truncate()
         .selected_text(LayerLook::of(shown).name)
         .show_ui(ui, |ui| {
-            for layer in Layer::ALL {
-                let row = ui.selectable_label(layer == shown, LayerLook::of(layer).name);
-                if row.hint_ui(|ui| explain::layer(ui, layer)).clicked() {
-                    out.push(Edit::SetLayer(layer).into());
-                    ui.close();
+            let column = ui.max_rect().expand2(egui::vec2(3.0 * GRID, 0.0));
+            hint::beside(ui, column, |ui| {
+                for layer in Layer::ALL {
+                    let row = ui.selectable_label(layer == shown, LayerLook::of(layer).name);
+                    if row.hint_ui(|ui| explain::layer(ui, layer)).clicked() {
+                        out.push(Edit::SetLayer(layer).into());
+                        ui.close();
+                    }
                 }
-            }
+            });
         })
         .response;
     response.accessible_name("Layer menu");

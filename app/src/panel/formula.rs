@@ -6,6 +6,7 @@ use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy};
 
 use crate::look::names::strategy_description;
 use crate::look::theme::{Inks, TypeScale};
+use crate::panel::hint::keep_clear;
 use crate::panel::math::{Math, frac, row, sub, text};
 
 /// Lines that the longest formula takes.
@@ -23,6 +24,7 @@ pub fn formula_ui(ui: &mut Ui, estimator: &Estimator, scale: TypeScale) {
     let room = 2.0 * ui.text_style_height(&egui::TextStyle::Small);
     let height = LINES * line + room;
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    keep_clear(ui.ctx(), rect);
     let formulas = formulas(estimator, inks);
     let color = ui.visuals().text_color();
     let painter = ui.painter_at(rect);

@@ -1,6 +1,8 @@
 //! Hints under the mouse: beside what they explain, never over the formula, gone with the first key.
 
-use eframe::egui::{self, Context, Event, Id, Rect, RectAlign, Response, Tooltip, Ui, WidgetText};
+use eframe::egui::{self, Context, Event, Id, Rect, RectAlign, Response, Tooltip, Ui, WidgetText, vec2};
+
+use crate::look::theme::GRID;
 
 /// What holds for all hints of a pass.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +13,8 @@ struct Rules {
     last_key: f64,
     /// The column that is being drawn; hints stand beside all of it.
     column: Option<Rect>,
+    /// Where the formula was in the last pass, and where it is in this one.
+    formula: [Option<Rect>; 2],
 }
 
 impl Rules {
@@ -19,7 +23,7 @@ impl Rules {
     }
 
     fn of(ctx: &Context) -> Self {
-        let none = Self { on: true, last_key: f64::NEG_INFINITY, column: None };
+        let none = Self { on: true, last_key: f64::NEG_INFINITY, column: None, formula: [None; 2] };
         ctx.data(|data| data.get_temp(Self::id())).unwrap_or(none)
     }
 
@@ -30,13 +34,19 @@ impl Rules {
 
 /// To be called at the beginning of each pass, before anything takes keys out of the input.
 pub fn begin_pass(ctx: &Context, on: bool) {
-    let Rules { mut last_key, .. } = Rules::of(ctx);
+    let Rules { mut last_key, formula: [_, formula], .. } = Rules::of(ctx);
     ctx.input(|input| {
         if input.events.iter().any(|event| matches!(event, Event::Key { pressed: true, .. } | Event::Text(_))) {
             last_key = input.time;
         }
     });
-    Rules { on, last_key, column: None }.keep(ctx);
+    Rules { on, last_key, column: None, formula: [formula, None] }.keep(ctx);
+}
+
+/// Hints keep clear of this place, where the formula is.
+pub fn keep_clear(ctx: &Context, formula: Rect) {
+    let rules = Rules::of(ctx);
+    Rules { formula: [rules.formula[0], Some(formula)], ..rules }.keep(ctx);
 }
 
 /// Hints of what `add` draws stand beside the whole of `column`.
@@ -71,7 +81,12 @@ impl Hint for Response {
             return self;
         }
         let mut tooltip = if self.enabled() { Tooltip::for_enabled(&self) } else { Tooltip::for_disabled(&self) };
-        let (anchor, align) = place(self.rect, rules.column, self.ctx.content_rect());
+        let (mut anchor, align) = place(self.rect, rules.column, self.ctx.content_rect());
+        let widest = self.ctx.global_style().spacing.tooltip_width + 8.0 * GRID;
+        if let Some(formula) = rules.formula[0].filter(|_| align == RectAlign::BOTTOM_START) {
+            // Aside, if it would reach under the bar to where the formula is.
+            anchor = anchor.translate(vec2((formula.left() - widest - anchor.left()).min(0.0), 0.0));
+        }
         tooltip.popup = tooltip.popup.anchor(anchor).align(align).gap(8.0);
         tooltip.show(add);
         self

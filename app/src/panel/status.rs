@@ -135,14 +135,15 @@ fn fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
         fields.push(right(view.tone_map.name().to_owned(), "Linear", 3, hint));
         let exposure = "Exposure in stops: the picture times 2^EV.";
         fields.push(right(format!("EV {:+.1}", view.exposure_ev), "EV +88.8", 2, exposure));
-        if view.offset != 0.0 {
-            fields.push(right(format!("offset {:+.2}", view.offset), "", 2, "Added after exposure."));
-        }
     } else {
         fields.push(right("false colour".into(), "", 3, "Colours stand for numbers: see the colour bar."));
     }
     let seed = "Where all random numbers start: the same seed gives the same noise.";
     fields.push(right(format!("seed {}", sampling.seed), "", 6, seed));
+    // Last, where nothing stands that it would push.
+    if view.offset != 0.0 && LayerLook::of(document.active().layer).is_colour() {
+        fields.push(right(format!("offset {:+.2}", view.offset), "", 2, "Added after exposure."));
+    }
     fields
 }
 

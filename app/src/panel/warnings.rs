@@ -18,18 +18,8 @@ pub fn sheet_ui(ctx: &egui::Context, picture: Rect, warnings: &[Diagnostic]) -> 
         let frame = egui::Frame::new().fill(ui.visuals().window_fill).stroke(ui.visuals().window_stroke);
         let frame = frame.corner_radius(CornerRadius::same(6)).inner_margin(2.0 * GRID);
         frame.stroke(Stroke::new(1.0, ui.visuals().weak_text_color())).show(ui, |ui| {
-            let closed = ui
-                .with_layout(egui::Layout::right_to_left(egui::Align::Min), |ui| {
-                    let closed = ui.button("Close").accessible_name("Close warnings").clicked();
-                    ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| {
-                        ScrollArea::vertical().max_height(0.4 * picture.height()).show(ui, |ui| {
-                            warnings_ui(ui, warnings);
-                        });
-                    });
-                    closed
-                })
-                .inner;
-            closed
+            ScrollArea::vertical().max_height(0.4 * picture.height()).show(ui, |ui| warnings_ui(ui, warnings));
+            ui.button("Close").accessible_name("Close warnings").clicked()
         })
     });
     inner.inner.inner

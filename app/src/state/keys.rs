@@ -34,7 +34,10 @@ pub fn bindings() -> Vec<Action> {
     let action = |group, name: &str, keys, modifiers, key, command: Command| Action {
         group, name: name.into(), keys, shortcut: Some((modifiers, key)), command,
     };
-    let strategy = |keys, key, s: Strategy| action("Strategy", strategy_name(s), keys, PLAIN, key, Edit::SetStrategy(s).into());
+    let strategy = |keys, key, s: Strategy| {
+        let name = format!("{} ({})", strategy_name(s), s.name());
+        action("Strategy", &name, keys, PLAIN, key, Edit::SetStrategy(s).into())
+    };
     vec![
         strategy("1", Key::Num1, Strategy::Light),
         strategy("2", Key::Num2, Strategy::Bsdf),
@@ -96,7 +99,7 @@ pub fn actions() -> Vec<Action> {
         add("Weights", format!("One-sample weights: {}", weights_name(w)), Edit::SetWeights(w).into());
     }
     for s in SamplerKind::ALL {
-        add("Samples", format!("Sampler: {}", sampler_name(s)), Edit::SetSampler(s).into());
+        add("Samples", format!("Sampler: {} ({})", sampler_name(s), s.name()), Edit::SetSampler(s).into());
     }
     for target in SppTarget::choices() {
         let name = match target {
