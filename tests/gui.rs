@@ -772,7 +772,7 @@ fn nothing_jumps_when_weights_get_biased_or_warnings_come() {
     lab.apply(Edit::SetWeights(OneSampleWeights::Tutorial));
     lab.settle();
     let places = |lab: &Lab| {
-        let spp = lab.harness.query_all_by_label_contains("4 spp").map(|node| node.rect()).last();
+        let spp = lab.harness.query_all_by_label_contains("4 spp").map(|node| node.rect()).next_back();
         let picture = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
         assert!(spp.is_some(), "the caption counts");
         (lab.rect("Layer: Picture"), lab.rect("Normalise"), picture, spp)

@@ -184,6 +184,12 @@ fn shader_and_cpu_agree_on_exposure_range_zoom_crop_and_stale() {
     harness.state_mut().view = view(1e30, f32::NAN);
     assert_agree(&mut harness, "absurd exposure and offset");
 
+    for map in ToneMap::ALL {
+        harness.state_mut().view = ViewState { tone_map: map, mark_clipped: true, ..view(1.0, 0.0) };
+        assert_agree(&mut harness, &format!("clipped pixels marked, {map:?}"));
+    }
+    harness.state_mut().view = view(0.0, 0.0);
+
     harness.state_mut().show(Layer::Variance);
     harness.state_mut().view.variance_range = [-2.5, 0.5];
     assert_agree(&mut harness, "variance range");
@@ -340,6 +346,37 @@ fn fit_shows_the_whole_picture_in_the_middle() {
     assert!((picture.center() - fitted.viewport.center()).length() < 1.0, "{picture:?}");
     let back = fitted.to_image(fitted.to_screen([123.0, 456.0]));
     assert!((back[0] - 123.0).abs() < 1e-2 && (back[1] - 456.0).abs() < 1e-2, "{back:?}");
+}
+
+#[test]
+fn a_part_fills_the_viewport_as_far_as_it_can() {
+    let part = Placement::Part([[100.0, 200.0], [700.0, 500.0]]);
+    let fitted = geometry(part, 1.25);
+    let corners = [fitted.to_screen([100.0, 200.0]), fitted.to_screen([700.0, 500.0])];
+    assert!((corners[1].x - corners[0].x - 640.0).abs() < 1e-2, "the whole width: {corners:?}");
+    let middle = pos2(0.5 * (corners[0].x + corners[1].x), 0.5 * (corners[0].y + corners[1].y));
+    assert!((middle - fitted.viewport.center()).length() < 1.0, "{corners:?}");
+    assert_eq!(part.aspect([800, 800]), 2.0);
+    assert_eq!(Placement::Fit.aspect([800, 400]), 2.0);
+}
+
+/// Numbers that the tone map cannot tell from white are striped, all others look as before.
+#[test]
+fn marks_are_on_clipped_pixels_only() {
+    let values = [0.5, 0.99, 1.01, 3.0];
+    let bounds = PixelRect { min: [0, 0], max: [4 * 16, 16] };
+    let row: Vec<f32> = (0..4 * 16).map(|x| values[x / 16]).collect();
+    let plane: Vec<f32> = (0..16).flat_map(|_| row.clone()).collect();
+    let planes = Planes::new(Layer::Picture, bounds, [64, 16], [plane.clone(), plane.clone(), plane].concat());
+    let picture = |mark_clipped| {
+        let view = ViewState { mark_clipped, ..ViewState::default() };
+        planes_to_rgba8(&planes, &view, true).2
+    };
+    let (plain, marked) = (picture(false), picture(true));
+    let differs = |column: usize| {
+        (0..16 * 64).filter(|i| i % 64 / 16 == column).any(|i| plain[4 * i..4 * i + 4] != marked[4 * i..4 * i + 4])
+    };
+    assert_eq!([0, 1, 2, 3].map(differs), [false, false, true, true]);
 }
 
 #[test]

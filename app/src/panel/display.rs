@@ -219,7 +219,7 @@ fn variance_ui(ui: &mut Ui, key: Key<'_>, default: &ViewState, out: &mut Vec<Com
         accent: None,
         zero_text: "",
         explain: &|ui| {
-            hint::lines(ui, "End of the colour bar, as a power of ten; beyond it the colour stays. (N sets both)", &[])
+            hint::lines(ui, "End of the colour bar, as a power of ten; beyond it the colour stays. (N sets both)", &[]);
         },
     };
     let edit_low = slider("from 10^", low, default.variance_range[0]).show(ui);

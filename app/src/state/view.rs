@@ -64,6 +64,7 @@ pub struct ViewState {
     /// For the colour layers.
     pub tone_map: ToneMap,
     /// Pixels that the tone map shows as white whatever their number are striped.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub mark_clipped: bool,
     /// log10 of the variance at the two ends of the colour bar, the lower first.
     pub variance_range: [f32; 2],
