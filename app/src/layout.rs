@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use eframe::egui::{
-    self, Align, Align2, CentralPanel, Color32, Frame, Key, Layout, Margin, Panel, Popup, Rect, ScrollArea, Ui, Vec2,
-    vec2,
+    self, Align, Align2, CentralPanel, Color32, Frame, Key, Layout, Margin, Panel, Popup, Rect, ScrollArea, Ui,
+    UiBuilder, Vec2, vec2,
 };
 use mislab_renderer::State;
 
@@ -36,15 +36,17 @@ fn desk(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     strategy_bar(ui, lab, out);
     status_bar(ui, lab, out);
     // At a large interface scale the picture is worth more than the panels.
-    if ui.available_width() > 620.0 {
-        left_column(ui, lab, out);
+    let left = ui.available_width() > 620.0;
+    let beside_it = ui.available_width() - if left { 320.0 } else { 0.0 };
+    let right = lab.prefs.inspector && beside_it > 760.0;
+    if left {
+        left_column(ui, lab, !right, out);
     }
-    let right = lab.prefs.inspector && ui.available_width() > 760.0;
     if right {
         right_column(ui, lab, out);
     }
     caption_strip(ui, lab, 40.0);
-    CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, !right, out));
+    CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, !left && !right, out));
 }
 
 /// The projector view: the picture as large as it gets, in whichever of two ways that is.
@@ -61,14 +63,14 @@ fn hall(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
             let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame(ui)).show_separator_line(false);
             bar.show(ui, |ui| hall_bar_ui(ui, lab, out));
             caption_strip(ui, lab, HALL_CAPTION);
-            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, true, out));
+            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out));
         }
     }
 }
 
 /// Heights in points of what stands over and under a wide picture in a hall.
-const HALL_BAR: f32 = 176.0;
-const HALL_CAPTION: f32 = 68.0;
+const HALL_BAR: f32 = 186.0;
+const HALL_CAPTION: f32 = 92.0;
 /// The narrowest column that holds the strategies.
 const HALL_COLUMN: f32 = 440.0;
 
@@ -144,8 +146,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
             display::layer_menu(ui, slot.layer, ui.available_width(), out);
             if !LayerLook::of(slot.layer).is_colour() {
-                let here = frame.as_ref().and_then(|frame| lab.pane().here(frame, slot.layer));
-                legend_ui(ui, legend::Key { layer: slot.layer, view: &lab.document.view, here });
+                active_legend_ui(ui, lab);
             }
         });
     });
@@ -188,10 +189,16 @@ fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     });
 }
 
-fn left_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
+/// With the legend at its lower end if there is no other column for it.
+fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) {
     let panel = Panel::left("left column").default_size(320.0).size_range(296.0..=520.0);
     panel.frame(column_frame(ui)).show(ui, |ui| {
         let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
+        if legend {
+            let strip =
+                Panel::bottom("legend").resizable(false).frame(Frame::new().inner_margin(Margin::symmetric(0, 4)));
+            strip.show(ui, |ui| active_legend_ui(ui, lab));
+        }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             hint::beside(ui, column, |ui| {
                 let document = &lab.document;
@@ -229,21 +236,34 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32) {
     panel.show(ui, |ui| {
         ui.spacing_mut().interact_size.y = 0.0;
         ui.spacing_mut().item_spacing.y = 0.0;
-        // The aside goes first: the caption gives way to it, and not it to the caption.
-        let (_, second) = ui.max_rect().split_top_bottom_at_fraction(0.54);
+        let hall = lab.scale() == TypeScale::Hall;
+        let (place, right) =
+            ui.max_rect().split_left_right_at_x(ui.max_rect().right() - if hall { 440.0 } else { 0.0 });
+        if hall {
+            // A wide picture leaves no column for its legend.
+            ui.scope_builder(UiBuilder::new().max_rect(right), |ui| active_legend_ui(ui, lab));
+        }
+        let (_, second) = place.split_top_bottom_at_fraction(0.54);
         let opened = &lab.document.opened;
         let aside = second.with_min_x(second.right() - ASIDE.min(0.4 * second.width()));
-        let asked = ui.scope_builder(egui::UiBuilder::new().max_rect(aside), |ui| aside_ui(ui, opened.warnings.len()));
-        if asked.inner {
+        let warnings = opened.warnings.len();
+        let add_aside = |ui: &mut Ui| (warnings > 0 || !hall) && aside_ui(ui, warnings);
+        if ui.scope_builder(UiBuilder::new().max_rect(aside), add_aside).inner {
             let read = lab.sheets.warnings_read.as_ref().is_some_and(|read| Arc::ptr_eq(read, opened));
             lab.sheets.warnings_read = if read { None } else { Some(opened.clone()) };
         }
-        let place = ui.max_rect();
-        ui.scope_builder(egui::UiBuilder::new().max_rect(place), |ui| match lab.live().frame() {
+        ui.scope_builder(UiBuilder::new().max_rect(place), |ui| match lab.live().frame() {
             Some(frame) => Caption::new(&frame, lab.live().is_behind()).strip_ui(ui, ASIDE),
             None => waiting_ui(ui),
         });
     });
+}
+
+/// The legend of the picture that controls are about.
+fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
+    let layer = lab.document.active().layer;
+    let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, layer));
+    legend_ui(ui, legend::Key { layer, view: &lab.document.view, here });
 }
 
 /// Width of what stands at the right end of the caption's second line.

@@ -39,15 +39,15 @@ pub fn factor(native: Vec2, scale: TypeScale, zoom: f32) -> f32 {
     (automatic(native, scale) * zoom).min(room(native, scale))
 }
 
-/// At a desk type is a 64th of the window's height, in a hall about a 28th (26 of 720); never smaller than in the
-/// smallest window.
+/// At a desk type is a 64th of the window's height, and readable in the smallest window; in a hall about a 28th (26 of
+/// 720), whatever the window.
 fn automatic(native: Vec2, scale: TypeScale) -> f32 {
-    let by_height = match scale {
-        TypeScale::Desk => native.y / 1024.0,
-        TypeScale::Hall => (native.y / 720.0).min(native.x / 960.0),
+    let (by_size, least) = match scale {
+        TypeScale::Desk => (native.y / 1024.0, 1.0),
+        TypeScale::Hall => ((native.y / 720.0).min(native.x / 960.0), 0.4),
     };
     // Steps of a twentieth, so that type does not swim while a window is resized.
-    ((by_height * 20.0 + 1e-3).floor() / 20.0).max(1.0)
+    ((by_size * 20.0 + 1e-3).floor() / 20.0).max(least)
 }
 
 /// The largest factor at which everything still fits beside the picture.
@@ -86,9 +86,9 @@ mod tests {
         assert_eq!(desk(3840.0, 2160.0), 2.1);
         assert_eq!(desk(1080.0, 1920.0), 1.0, "the columns fit still");
         let body = TypeScale::Hall.sizes()[1];
-        for (w, h) in [(1280.0, 720.0), (1920.0, 1080.0), (2560.0, 1440.0)] {
+        for (w, h) in [(1280.0, 720.0), (1920.0, 1080.0), (2560.0, 1440.0), (640.0, 400.0)] {
             let points = body * factor(vec2(w, h), TypeScale::Hall, 1.0);
-            assert!((26.0..30.0).contains(&(h / points)), "{w} x {h}: a {}th", h / points);
+            assert!((26.0..31.0).contains(&(h / points)), "{w} x {h}: a {}th", h / points);
         }
     }
 }
