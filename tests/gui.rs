@@ -6,10 +6,12 @@ use std::time::{Duration, Instant};
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use mislab::look::zoom::ZoomStep;
 use mislab::state::command::Command;
 use mislab::state::document::Document;
 use mislab::state::edit::{Edit, SppTarget};
-use mislab::state::prefs::WindowPrefs;
+use mislab::state::placement::Placement;
+use mislab::state::prefs::{Prefs, WindowPrefs};
 use mislab::state::view::ToneMap;
 use mislab::{AppOptions, MisLabApp};
 use mislab_renderer::State;
@@ -23,6 +25,8 @@ use eframe::egui::{self, Key, Modifiers};
 struct Lab {
     harness: Harness<'static, MisLabApp>,
     folder: tempfile::TempDir,
+    /// Of the window, in points at the system's factor.
+    size: [f32; 2],
 }
 
 impl Lab {
@@ -31,22 +35,61 @@ impl Lab {
     }
 
     fn with_size(size: [f32; 2]) -> Self {
+        Self::with_prefs(size, Prefs::default())
+    }
+
+    fn with_prefs(size: [f32; 2], prefs: Prefs) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let scene = folder.path().join("small.pbrt");
         std::fs::write(&scene, small_scene()).expect("the scene can be written");
-        let options = AppOptions { scene: Some(scene), threads: 1, ..AppOptions::default() };
+        let options = AppOptions { scene: Some(scene), threads: 1, prefs, ..AppOptions::default() };
         let harness = Harness::builder()
             .with_size(size)
             .with_max_steps(64)
             .with_step_dt(1.0 / 60.0)
             .build_eframe(move |cc| MisLabApp::new(cc, options));
-        let mut lab = Self { harness, folder };
+        let mut lab = Self { harness, folder, size };
+        lab.settle();
+        lab.fit();
         lab.settle();
         lab
     }
 
     fn app(&self) -> &MisLabApp {
         self.harness.state()
+    }
+
+    /// What the window system does when the interface is scaled: the same window has another number of points.
+    fn fit(&mut self) {
+        for _ in 0..3 {
+            let size = egui::Vec2::from(self.size) / self.harness.ctx.zoom_factor();
+            self.harness.set_size(size);
+            self.harness.step();
+        }
+    }
+
+    #[track_caller]
+    fn rect(&self, label: &str) -> egui::Rect {
+        self.harness.get_by_label(label).rect()
+    }
+
+    /// Rests the mouse there until hints come.
+    fn rest_on(&mut self, at: egui::Pos2) {
+        self.harness.hover_at(at - egui::vec2(1.0, 0.0));
+        self.harness.step();
+        self.harness.hover_at(at);
+        self.harness.run_steps(45);
+    }
+
+    /// Types into a field, as the keyboard does.
+    #[track_caller]
+    fn write_into(&mut self, label: &str, text: &str, then: Key) {
+        self.harness.get_by_role_and_label(Role::SpinButton, label).focus();
+        self.harness.run_steps(2);
+        self.harness.event(egui::Event::Text(text.into()));
+        self.harness.step();
+        self.harness.key_press(then);
+        self.harness.run_steps(3);
     }
 
     fn document(&self) -> &Document {
@@ -195,7 +238,7 @@ fn weights_and_sampler() {
     for (label, heuristic) in [
         ("Heuristic: Power", Heuristic::Power),
         ("Heuristic: Cutoff", Heuristic::Cutoff),
-        ("Heuristic: Max", Heuristic::Maximum),
+        ("Heuristic: Maximum", Heuristic::Maximum),
         ("Heuristic: Balance", Heuristic::Balance),
     ] {
         lab.click(label);
@@ -575,7 +618,7 @@ fn closing_finishes_what_is_being_saved() {
         assert!(close(&mut lab).contains(&egui::ViewportCommand::CancelClose), "it waits");
     }
     // Closed without asking, as by the end of a session.
-    let Lab { harness, folder } = lab;
+    let Lab { harness, folder, .. } = lab;
     drop(harness);
     for name in ["small_mis_all_4spp.exr", "small_mis_all_4spp_2.exr"] {
         assert!(folder.path().join(name).exists(), "{name}");
@@ -824,8 +867,10 @@ fn trouble_with_the_graphics_device_is_said_and_survived() {
 #[test]
 fn at_a_large_interface_scale_the_picture_stays() {
     let mut lab = Lab::with_size([1280.0, 720.0]);
-    lab.apply(Command::ZoomInterface(Some(2.0)));
-    lab.harness.run_steps(3);
+    for _ in 0..5 {
+        lab.apply(Command::ZoomInterface(ZoomStep::Larger));
+        lab.fit();
+    }
     let rect = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
     assert!(rect.width() > 300.0 && rect.height() > 150.0, "{rect:?}");
 }
@@ -857,11 +902,437 @@ fn bias_is_said_in_words() {
 
 #[test]
 fn a_scale_kept_from_a_larger_screen_leaves_the_panels() {
-    let mut lab = Lab::with_size([1280.0, 720.0]);
-    lab.apply(Command::ZoomInterface(Some(3.0)));
-    lab.harness.run_steps(3);
-    assert!(lab.app().prefs().zoom <= 1280.0 / 1100.0 + 1e-3, "{}", lab.app().prefs().zoom);
+    let lab = Lab::with_prefs([1280.0, 720.0], Prefs { zoom: 3.0, ..Prefs::default() });
+    assert!(lab.harness.ctx.zoom_factor() <= 1280.0 / 1100.0 + 1e-3, "{}", lab.harness.ctx.zoom_factor());
     assert!(lab.has("Normalise"), "the right column is there");
+}
+
+#[test]
+fn type_grows_with_the_window() {
+    let lab = Lab::with_size([2560.0, 1440.0]);
+    assert_eq!(lab.harness.ctx.zoom_factor(), 1.4);
+    let rect = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
+    assert!(1.4 * rect.height() > 1200.0, "the picture still has most of it: {rect:?}");
+}
+
+#[test]
+fn steps_of_the_interface_meet_again() {
+    let mut lab = Lab::with_size([2560.0, 1440.0]);
+    let start = lab.harness.ctx.zoom_factor();
+    for key in [Key::Plus, Key::Plus, Key::Minus, Key::Minus] {
+        lab.key(Modifiers::COMMAND, key);
+        lab.fit();
+    }
+    assert_eq!(lab.harness.ctx.zoom_factor(), start);
+    assert!(lab.has("Interface 100 %"), "it says where it is");
+    lab.key(Modifiers::COMMAND, Key::Plus);
+    lab.fit();
+    lab.click("Menu");
+    assert!(lab.has("110 %") || lab.has("Interface at 100 %"));
+    lab.click("Interface at 100 %");
+    lab.fit();
+    assert_eq!(lab.harness.ctx.zoom_factor(), start);
+}
+
+#[test]
+fn one_escape_closes_one_thing() {
+    let mut lab = Lab::new();
+    let bad = lab.file("bad.pbrt");
+    std::fs::write(&bad, "Film \"image\" \"integer xresolution\" [60\nWorldBegin\n").expect("write");
+    lab.apply(Command::OpenPath(bad));
+    lab.until("the error", |lab| lab.has("bad.pbrt was not opened"));
+    lab.key(Modifiers::NONE, Key::T);
+    lab.click("Image size of the table");
+    assert!(lab.has("100 \u{d7} 100"), "the menu is open");
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("100 \u{d7} 100") && lab.has("Fill in the table"), "first the menu");
+    lab.harness.get_by_role_and_label(Role::SpinButton, "Seed").focus();
+    lab.harness.run_steps(2);
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(lab.has("Fill in the table"), "then the field");
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("Fill in the table") && lab.has("was not opened"), "then the table");
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("was not opened"), "then the message");
+}
+
+#[test]
+fn the_tables_run_is_in_the_status_bar() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::T);
+    lab.click("Image size of the table");
+    lab.click("100 \u{d7} 100");
+    lab.click("Fill in the table");
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("Table progress"), "the window is closed");
+    assert!(lab.has("Progress of the table"));
+    lab.click("Stop the table");
+    lab.until("the end of the job", |lab| !lab.has("Progress of the table"));
+    assert!(lab.has("4 / 4 spp"), "the bar is about the picture again");
+}
+
+#[test]
+fn nothing_jumps_when_weights_get_biased_or_warnings_come() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.apply(Edit::SetStrategy(Strategy::Mis));
+    lab.apply(Edit::SetWeights(OneSampleWeights::Tutorial));
+    lab.settle();
+    let places = |lab: &Lab| {
+        let spp = lab.harness.query_all_by_label_contains("4 spp").map(|node| node.rect()).next_back();
+        let picture = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
+        assert!(spp.is_some(), "the caption counts");
+        (lab.rect("Layer: Picture"), lab.rect("Normalise"), picture, spp)
+    };
+    let before = places(&lab);
+    lab.slide("c", 1.0);
+    lab.settle();
+    assert!(lab.has("biased, too dark"), "it is said");
+    assert_eq!(places(&lab), before);
+
+    let good = lab.file("good.pbrt");
+    std::fs::write(&good, small_scene().replace("WorldBegin", "WorldBegin\nTwiddle 1\n")).expect("write");
+    lab.apply(Command::OpenPath(good.clone()));
+    lab.until("the file", |lab| lab.document().opened.path.as_deref() == Some(good.as_path()));
+    lab.apply(Edit::SetStrategy(Strategy::Mis));
+    lab.settle();
+    assert!(lab.has("good.pbrt:"), "the warning is there");
+    assert_eq!(places(&lab), before);
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("good.pbrt:"), "put away");
+    lab.click("Warnings about the scene file");
+    assert!(lab.has("good.pbrt:"), "and called back");
+}
+
+#[test]
+fn the_caption_stands_still_while_it_counts() {
+    let mut lab = Lab::new();
+    let places = |lab: &mut Lab, spp: u32| {
+        lab.apply(Edit::SetSpp(SppTarget::passes(spp)));
+        lab.settle();
+        let mut rects: Vec<egui::Rect> = [" spp", " paths"]
+            .into_iter()
+            .flat_map(|what| lab.harness.query_all_by_label_contains(what).map(|node| node.rect()).collect::<Vec<_>>())
+            .filter(|rect| rect.bottom() < 990.0 && rect.top() > 900.0)
+            .collect();
+        rects.sort_by(|a, b| (a.top(), a.left()).partial_cmp(&(b.top(), b.left())).expect("numbers"));
+        rects
+    };
+    let nine = places(&mut lab, 9);
+    assert!(nine.len() >= 3, "caption and status bar: {nine:?}");
+    let caption =
+        |rects: &[egui::Rect]| rects.iter().filter(|r| r.center().y < 968.0).map(|r| r.left()).collect::<Vec<_>>();
+    for spp in [10, 400] {
+        let other = places(&mut lab, spp);
+        assert_eq!(caption(&other), caption(&nine), "at {spp} spp");
+    }
+}
+
+#[test]
+fn the_caption_names_the_scene() {
+    let lab = Lab::new();
+    let name = lab.document().scene.name.clone();
+    assert!(!name.is_empty() && lab.has(&name), "{name}");
+}
+
+#[test]
+fn words_of_the_file_stand_by_those_of_the_window() {
+    let mut lab = Lab::new();
+    let at = lab.rect("4 MIS, one").center();
+    lab.rest_on(at);
+    assert!(lab.has("\"string MISstrategy\" [\"mis\"]") && lab.has("one-sample model"));
+    lab.click("Menu");
+    assert!(lab.has("Theme") && lab.has("Interface"), "what is light and dark is said");
+}
+
+#[test]
+fn undo_says_what_it_undid() {
+    let mut lab = Lab::new();
+    lab.slide("plate2", 0.2);
+    lab.key(Modifiers::COMMAND, Key::Z);
+    assert!(lab.has("Undone: roughness of plate2"));
+    lab.key(Modifiers::COMMAND, Key::Y);
+    assert!(lab.has("Done again: roughness of plate2"));
+    lab.click("Menu");
+    assert!(lab.has("Undo: roughness of plate2"));
+}
+
+#[test]
+fn every_layer_and_slider_has_a_hint_off_the_formula() {
+    let mut lab = Lab::with_size([1280.0, 900.0]);
+    lab.key(Modifiers::NONE, Key::Num4);
+    let formula = lab.harness.query_all_by_label_contains("Formula: ").next().expect("a formula").rect();
+    let hinted = |lab: &mut Lab, at: egui::Pos2, what: &str, words: &str| {
+        lab.rest_on(at);
+        assert!(lab.has(words), "no hint for {what}");
+        let hint = lab.harness.query_all_by_label_contains(words).next().expect("asked above").rect();
+        assert!(!hint.intersects(formula), "{what}: {hint:?} lies over the formula");
+        lab.harness.remove_cursor();
+        lab.harness.run_steps(30);
+        assert!(!lab.has(words), "the hint of {what} goes with the mouse");
+    };
+    for layer in Layer::ALL {
+        let label = format!("Layer: {}", mislab::look::layer::LayerLook::of(layer).name);
+        let at = lab.rect(&label).center();
+        hinted(&mut lab, at, &label, "In the EXR file: ");
+    }
+    for (slider, words) in [
+        ("c", "sample_L_pdf"),
+        ("plate2", "width of the GGX lobe"),
+        ("Exposure", "Exposure in stops"),
+        ("Offset", "Added after exposure"),
+    ] {
+        let at = lab.harness.get_by_role_and_label(Role::Slider, slider).rect().center();
+        hinted(&mut lab, at, slider, words);
+    }
+    for (field, words) in [("4 / 4 spp", "xsamples times ysamples"), ("seed 1", "all random numbers start")] {
+        let at = lab.rect(field).center();
+        hinted(&mut lab, at, field, words);
+    }
+}
+
+#[test]
+fn hints_of_the_bar_keep_clear_of_the_formula_in_a_narrow_window() {
+    let mut lab = Lab::with_size([1120.0, 720.0]);
+    lab.key(Modifiers::NONE, Key::Num4);
+    let formula = lab.harness.query_all_by_label_contains("Formula: ").next().expect("a formula").rect();
+    let at = lab.harness.get_by_role_and_label(Role::Slider, "c").rect().center();
+    lab.rest_on(at);
+    let hint = lab.harness.query_all_by_label_contains("sample_L_pdf").next().expect("a hint").rect();
+    assert!(!hint.intersects(formula), "{hint:?} over {formula:?}");
+    assert!(hint.top() > at.y, "under what it explains");
+}
+
+#[test]
+fn the_projector_view_has_no_hints() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::COMMAND, Key::B);
+    lab.fit();
+    lab.key(Modifiers::NONE, Key::Num4);
+    for label in ["4 MIS, one", "Layer menu"] {
+        let at = lab.rect(label).center();
+        lab.rest_on(at);
+        assert!(!lab.has("In a scene file") && !lab.has("In the EXR file"), "{label}");
+    }
+}
+
+#[test]
+fn a_hint_goes_with_the_first_key() {
+    let mut lab = Lab::new();
+    let at = lab.rect("Layer: Variance of one sample").center();
+    lab.rest_on(at);
+    assert!(lab.has("In the EXR file: variance.Y"));
+    lab.key(Modifiers::NONE, Key::Num1);
+    lab.harness.run_steps(30);
+    assert!(!lab.has("In the EXR file: variance.Y"), "eyes are on the picture");
+}
+
+#[test]
+fn a_decimal_comma_is_one_and_nonsense_is_said() {
+    let mut lab = Lab::new();
+    lab.write_into("Exposure value", "1,5", Key::Enter);
+    assert_eq!(lab.document().view.exposure_ev, 1.5);
+    lab.write_into("Exposure value", "-0,5 EV", Key::Enter);
+    assert_eq!(lab.document().view.exposure_ev, -0.5);
+    lab.write_into("Exposure value", "bright", Key::Enter);
+    assert_eq!(lab.document().view.exposure_ev, -0.5);
+    assert!(lab.has("\u{201c}bright\u{201d} is not a number"));
+    let seed = lab.document().sampling.seed;
+    lab.write_into("Seed", "7,5", Key::Enter);
+    assert_eq!(lab.document().sampling.seed, seed, "a seed is whole");
+    assert!(lab.has("\u{201c}7,5\u{201d} is not a number"));
+}
+
+#[test]
+fn tab_through_a_field_changes_nothing() {
+    let mut lab = Lab::new();
+    let plate = lab.document().scene.materials.iter().position(|m| m.name == "plate2").expect("the scene has it");
+    lab.apply(Edit::SetAlpha(plate, 0.033_333));
+    lab.settle();
+    let (before, generation) = (lab.document().clone(), lab.app().live().generation());
+    lab.harness.get_by_role_and_label(Role::SpinButton, "plate2 value").focus();
+    lab.harness.run_steps(2);
+    lab.key(Modifiers::NONE, Key::Tab);
+    lab.harness.run_steps(2);
+    assert_eq!(*lab.document(), before);
+    assert_eq!(lab.app().live().generation(), generation, "the picture goes on");
+}
+
+#[test]
+fn a_value_beyond_the_rail_stays() {
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetExposure(12.0));
+    lab.harness.run_steps(3);
+    assert_eq!(lab.document().view.exposure_ev, 12.0, "looking at it does not change it");
+}
+
+#[test]
+fn a_press_and_a_long_way_in_one_pass_are_a_drag() {
+    let mut lab = Lab::new();
+    let rect = lab.harness.get_by_role_and_label(Role::Slider, "Exposure").rect();
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    lab.harness.event(egui::Event::PointerMoved(rect.center()));
+    lab.harness.step();
+    let far = rect.right_center() + egui::vec2(200.0, 300.0);
+    // All at once, as after a busy moment.
+    let events = [button(rect.center(), true), egui::Event::PointerMoved(far)];
+    lab.harness.input_mut().events.extend(events);
+    lab.harness.run_steps(2);
+    assert!(lab.document().view.exposure_ev > 9.0, "{}", lab.document().view.exposure_ev);
+    lab.harness.event(button(far, false));
+    lab.harness.run_steps(2);
+}
+
+#[test]
+fn brackets_move_c() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::CloseBracket);
+    assert_eq!(lab.document().active().estimator.light_prob, 0.5, "strategy 3 has no c");
+    lab.key(Modifiers::NONE, Key::Num4);
+    for _ in 0..3 {
+        lab.key(Modifiers::NONE, Key::CloseBracket);
+    }
+    assert_eq!(lab.document().active().estimator.light_prob, 0.65);
+    for _ in 0..30 {
+        lab.key(Modifiers::NONE, Key::OpenBracket);
+    }
+    assert_eq!(lab.document().active().estimator.light_prob, 0.0);
+}
+
+#[test]
+fn the_projector_view_gives_the_picture_the_whole_height() {
+    for size in [[1280.0, 720.0], [1920.0, 1080.0], [2560.0, 1440.0]] {
+        let mut lab = Lab::with_size(size);
+        lab.key(Modifiers::COMMAND, Key::B);
+        lab.fit();
+        lab.settle();
+        let zoom = lab.harness.ctx.zoom_factor();
+        let rect = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect() * zoom;
+        assert!(rect.height() > size[1] - 1.0 && rect.width() > size[1] - 1.0, "{size:?}: {rect:?}");
+        let body = lab.harness.ctx.global_style().text_styles[&egui::TextStyle::Body].size * zoom;
+        assert!((26.0..30.0).contains(&(size[1] / body)), "{size:?}: type of {body}");
+        assert!(lab.has("Formula: ") && lab.has("Caption: ") && lab.has("Layer menu"));
+        lab.click("Layer menu");
+        lab.click("Share of the light technique");
+        assert_eq!(lab.document().active().layer, Layer::ShareLight);
+        assert!(lab.has("Legend: Share of the light technique"));
+    }
+}
+
+#[test]
+fn nothing_is_larger_than_the_window_of_a_projector() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::COMMAND, Key::B);
+    lab.fit();
+    let window =
+        egui::Rect::from_min_size(egui::Pos2::ZERO, egui::Vec2::from(lab.size) / lab.harness.ctx.zoom_factor());
+    lab.key(Modifiers::SHIFT, Key::Questionmark);
+    lab.harness.run_steps(3);
+    assert!(window.contains_rect(lab.rect("Close")), "the keys can be put away");
+    lab.click("Close");
+    lab.key(Modifiers::NONE, Key::T);
+    lab.click("Image size of the table");
+    lab.click("100 \u{d7} 100");
+    lab.click("Fill in the table");
+    lab.until("the table", |lab| lab.has("small light"));
+    lab.harness.run_steps(5);
+    for head in ["broad BSDF", "sharp BSDF", "Strategy, file", "veachMIS_MIS.exr"] {
+        assert!(window.contains_rect(lab.rect(head)), "{head} at {:?}", lab.rect(head));
+    }
+}
+
+#[test]
+fn plates_and_lights_can_fill_the_view() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::COMMAND, Key::B);
+    lab.fit();
+    lab.key(Modifiers::SHIFT, Key::F);
+    lab.apply(Edit::SetLayer(Layer::ShareLight));
+    lab.settle();
+    let Placement::Part([min, max]) = lab.document().view.placement else { panic!("not a part") };
+    assert!(max[1] - min[1] < 60.0, "the rest is cut off: {min:?} to {max:?}");
+    let picture = lab.harness.get_by_role_and_label(Role::Image, "Picture: Share of the light technique").rect();
+    for label in ["4 MIS, one", "Layer menu", "Menu", "c value"] {
+        let rect = lab.rect(label);
+        assert!(
+            rect.left() >= 0.0 && rect.right() <= picture.left(),
+            "{label} at {rect:?}, the picture at {picture:?}"
+        );
+    }
+    lab.key(Modifiers::NONE, Key::F);
+    assert_eq!(lab.document().view.placement, Placement::Fit);
+}
+
+#[test]
+fn the_status_bar_never_runs_under_its_button() {
+    for width in [480.0, 640.0, 960.0, 1280.0, 2000.0] {
+        let lab = Lab::with_size([width, 400.0]);
+        let save = lab.rect("Save EXR");
+        let nodes = lab.harness.query_all_by_role(Role::Label);
+        let row: Vec<egui::Rect> =
+            nodes.map(|node| node.rect()).filter(|rect| (rect.center().y - save.center().y).abs() < 4.0).collect();
+        assert!(!row.is_empty(), "{width}: there is something in the bar");
+        for rect in row {
+            assert!(!rect.intersects(save), "{width}: {rect:?} under {save:?}");
+        }
+    }
+}
+
+#[test]
+fn a_technique_that_is_not_drawn_says_so() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num1);
+    lab.apply(Edit::SetLayer(Layer::Bsdf));
+    lab.settle();
+    assert!(lab.has("This strategy draws no BSDF samples."));
+    lab.key(Modifiers::NONE, Key::Num2);
+    lab.settle();
+    assert!(!lab.has("This strategy draws no BSDF samples."));
+}
+
+#[test]
+fn the_legend_marks_the_number_under_the_mouse() {
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetLayer(Layer::Variance));
+    lab.settle();
+    let at = lab.harness.query_all_by_label_contains("Picture: Variance").next().expect("the picture").rect().center();
+    lab.harness.hover_at(at);
+    lab.harness.run_steps(3);
+    assert!(lab.has("hatched: undefined, marked: "));
+    // With the right column and without.
+    for _ in 0..2 {
+        let legend = lab.harness.query_all_by_label_contains("Legend: ").next().expect("a legend").rect();
+        let picture = lab.harness.query_all_by_label_contains("Picture: Variance").next().expect("the picture").rect();
+        assert!(!legend.intersects(picture), "off the picture: {legend:?}");
+        lab.apply(Command::ToggleInspector);
+        lab.harness.run_steps(2);
+    }
+}
+
+#[test]
+fn equal_channels_are_one_number() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num1);
+    lab.apply(Edit::SetLayer(Layer::Bsdf));
+    lab.settle();
+    let at = lab.harness.query_all_by_label_contains("Picture: BSDF").next().expect("the picture").rect().center();
+    lab.harness.hover_at(at);
+    lab.harness.run_steps(2);
+    assert!(lab.has("R = G = B  0.0000"));
+}
+
+#[test]
+fn clipped_pixels_can_be_marked() {
+    let mut lab = Lab::new();
+    assert!(lab.has("% clipped") || lab.has("nothing clipped"), "the histogram says how many");
+    let generation = lab.app().live().generation();
+    lab.click("mark clipped pixels");
+    assert!(lab.document().view.mark_clipped);
+    assert_eq!(lab.app().live().generation(), generation, "only the view");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use eframe::egui::{self, Pos2, Rect, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use mislab::look::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
 use mislab::picture::film_texture::FilmPipeline;
-use mislab::picture::legend::legend_overlay;
+use mislab::picture::legend::{Key, legend_overlay};
 use mislab::picture::normalise::normalise;
 use mislab::picture::planes::Planes;
 use mislab::picture::still::{planes_to_rgba8, render_to_rgba8};
@@ -31,12 +31,13 @@ struct App {
     stale: bool,
     dark: bool,
     legend: bool,
+    here: Option<f32>,
     last: Option<ViewportResponse>,
 }
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        let Self { gpu, cpu, on_gpu, layer, view, planes, stale, dark, legend, last } = self;
+        let Self { gpu, cpu, on_gpu, layer, view, planes, stale, dark, legend, here, last } = self;
         ui.ctx().set_theme(if *dark { egui::Theme::Dark } else { egui::Theme::Light });
         let viewport = if *on_gpu { gpu } else { cpu };
         let shown = viewport.ui(
@@ -45,7 +46,8 @@ impl eframe::App for App {
             Shown { layer: *layer, planes: planes.as_ref(), stale: stale.then_some("previous settings") },
         );
         if *legend {
-            legend_overlay(ui, shown.response.rect, *layer, view);
+            let rect = shown.response.rect;
+            legend_overlay(ui, rect, rect, Key { layer: *layer, view, here: *here });
         }
         *last = Some(shown);
     }
@@ -63,6 +65,7 @@ impl App {
             stale: false,
             dark: true,
             legend: false,
+            here: None,
             last: None,
         }
     }
@@ -184,6 +187,12 @@ fn shader_and_cpu_agree_on_exposure_range_zoom_crop_and_stale() {
     assert_agree(&mut harness, "exposure 6, offset -0.25");
     harness.state_mut().view = view(1e30, f32::NAN);
     assert_agree(&mut harness, "absurd exposure and offset");
+
+    for map in ToneMap::ALL {
+        harness.state_mut().view = ViewState { tone_map: map, mark_clipped: true, ..view(1.0, 0.0) };
+        assert_agree(&mut harness, &format!("clipped pixels marked, {map:?}"));
+    }
+    harness.state_mut().view = view(0.0, 0.0);
 
     harness.state_mut().show(Layer::Variance);
     harness.state_mut().view.variance_range = [-2.5, 0.5];
@@ -344,6 +353,37 @@ fn fit_shows_the_whole_picture_in_the_middle() {
 }
 
 #[test]
+fn a_part_fills_the_viewport_as_far_as_it_can() {
+    let part = Placement::Part([[100.0, 200.0], [700.0, 500.0]]);
+    let fitted = geometry(part, 1.25);
+    let corners = [fitted.to_screen([100.0, 200.0]), fitted.to_screen([700.0, 500.0])];
+    assert!((corners[1].x - corners[0].x - 640.0).abs() < 1e-2, "the whole width: {corners:?}");
+    let middle = pos2(0.5 * (corners[0].x + corners[1].x), 0.5 * (corners[0].y + corners[1].y));
+    assert!((middle - fitted.viewport.center()).length() < 1.0, "{corners:?}");
+    assert_eq!(part.aspect([800, 800]), 2.0);
+    assert_eq!(Placement::Fit.aspect([800, 400]), 2.0);
+}
+
+/// Numbers that the tone map cannot tell from white are striped, all others look as before.
+#[test]
+fn marks_are_on_clipped_pixels_only() {
+    let values = [0.5, 0.99, 1.01, 3.0];
+    let bounds = PixelRect { min: [0, 0], max: [4 * 16, 16] };
+    let row: Vec<f32> = (0..4 * 16).map(|x| values[x / 16]).collect();
+    let plane: Vec<f32> = (0..16).flat_map(|_| row.clone()).collect();
+    let planes = Planes::new(Layer::Picture, bounds, [64, 16], [plane.clone(), plane.clone(), plane].concat());
+    let picture = |mark_clipped| {
+        let view = ViewState { mark_clipped, ..ViewState::default() };
+        planes_to_rgba8(&planes, &view, true).2
+    };
+    let (plain, marked) = (picture(false), picture(true));
+    let differs = |column: usize| {
+        (0..16 * 64).filter(|i| i % 64 / 16 == column).any(|i| plain[4 * i..4 * i + 4] != marked[4 * i..4 * i + 4])
+    };
+    assert_eq!([0, 1, 2, 3].map(differs), [false, false, true, true]);
+}
+
+#[test]
 fn zoom_keeps_what_is_under_the_pointer() {
     for pixels_per_point in [1.0, 2.0] {
         let pointer = pos2(300.0, 333.0);
@@ -475,6 +515,9 @@ fn the_viewport_speaks_to_screen_readers() {
     harness.run();
     harness.get_by_label("Picture: Variance of one sample");
     harness.get_by_label("Legend: Variance of one sample, ≤1e-4, 0.001, 0.01, 0.1, 1, 10, ≥100, hatched: undefined");
+    harness.state_mut().here = Some(0.5);
+    harness.run();
+    harness.get_by_label_contains("hatched: undefined, marked: 0.5000");
 }
 
 #[test]

@@ -15,14 +15,18 @@ use crate::files::opening::{Reading, shipped};
 use crate::files::saving::{NotSaved, SaveJob, Saved};
 use crate::files::showing::show_in_folder;
 use crate::lab::Lab;
-use crate::layout::{FULL_WIDTH, window_ui};
-use crate::look::theme;
+use crate::layout::window_ui;
+use crate::look::theme::{self, TypeScale};
+use crate::look::zoom::{self, ZoomStep};
+use crate::panel::hint;
 use crate::panel::messages::{OpenError, SaveError};
+use crate::panel::number;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
 use crate::picture::figure::figure;
 use crate::picture::live::LivePicture;
 use crate::picture::normalise::normalise;
+use crate::picture::picking::things;
 use crate::picture::pixel::Pixel;
 use crate::picture::planes::Planes;
 use crate::state::command::{Command, Shipped};
@@ -31,7 +35,9 @@ use crate::state::document::{Document, Opened};
 use crate::state::history::EditKey;
 use crate::state::pacing::Pacing;
 use crate::state::paths::{short_name, shortened};
+use crate::state::placement::Placement;
 use crate::state::prefs::Prefs;
+use crate::state::presses::Presses;
 use crate::state::view::StoredView;
 use crate::state::{file_name, keys};
 
@@ -78,7 +84,7 @@ impl MisLabApp {
         theme::install_fonts(ctx);
         ctx.options_mut(|o| o.zoom_with_keyboard = false);
         ctx.set_theme(prefs.theme);
-        ctx.set_zoom_factor(prefs.zoom);
+        ctx.add_plugin(Presses::default());
         let mut lab = Lab::new(ctx, Document::new(shipped(Shipped::Veach)), prefs, threads);
         if let Some(remark) = remark {
             lab.messages.complain(remark);
@@ -133,6 +139,11 @@ impl MisLabApp {
             }
             Command::Normalise => self.normalise(),
             Command::Fit => document.view.placement.fit(),
+            Command::FitThings => {
+                if let Some(bounds) = things(&document.scene, document.image.resolution) {
+                    document.view.placement = Placement::Part(bounds);
+                }
+            }
             Command::ActualSize => {
                 if let Some(geometry) = self.lab.pane().geometry() {
                     self.lab.document.view.placement.actual_size(&geometry);
@@ -146,8 +157,16 @@ impl MisLabApp {
             }
             Command::SetRate(rate) => pacing.set_rate(rate),
             Command::Restart => engine.pictures_mut().iter_mut().for_each(LivePicture::restart),
-            Command::Undo => history.undo(document),
-            Command::Redo => history.redo(document),
+            Command::Undo => {
+                if let Some(key) = history.undo(document) {
+                    messages.say(format!("Undone: {}", key.words(document)));
+                }
+            }
+            Command::Redo => {
+                if let Some(key) = history.redo(document) {
+                    messages.say(format!("Done again: {}", key.words(document)));
+                }
+            }
             Command::Open => {
                 let folder = document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into);
                 files.pick(folder);
@@ -188,12 +207,13 @@ impl MisLabApp {
                 prefs.theme = theme;
                 ctx.set_theme(theme);
             }
-            Command::ZoomInterface(factor) => self.zoom_interface(ctx, factor),
+            Command::ZoomInterface(step) => self.zoom_interface(ctx, step),
             Command::ToggleHelp => sheets.help = !sheets.help,
             Command::TogglePalette => {
                 sheets.palette = if sheets.palette.is_none() { Some(Palette::default()) } else { None };
             }
             Command::ToggleTable => sheets.table.open = !sheets.table.open,
+            Command::StopTable => sheets.table.cancel(),
         }
         self.lab.match_slots();
     }
@@ -233,23 +253,17 @@ impl MisLabApp {
         self.lab.messages.say("The values of the pixel are on the clipboard.");
     }
 
-    fn zoom_interface(&mut self, ctx: &Context, factor: Option<f32>) {
-        let room = self.zoom_room(ctx);
+    fn zoom_interface(&mut self, ctx: &Context, step: ZoomStep) {
+        let (native, scale) = (native_size(ctx), self.lab.scale());
         let Lab { prefs, messages, .. } = &mut self.lab;
-        let zoom = factor.map_or(1.0, |f| prefs.zoom * f);
-        // Steps of a twentieth: what comes back from five steps up and five down is 1.
-        let zoom = (zoom * 20.0).round() / 20.0;
-        prefs.zoom = zoom.clamp(*Prefs::ZOOM.start(), *Prefs::ZOOM.end());
-        if prefs.zoom > room {
-            prefs.zoom = room;
-            messages.say("No room for larger panels. Ctrl+B hides them: the projector view.");
+        let wanted = step.from(prefs.zoom);
+        let grown = zoom::factor(native, scale, wanted) > zoom::factor(native, scale, prefs.zoom) + 1e-3;
+        if step == ZoomStep::Larger && !grown {
+            messages.say("No room for anything larger. Ctrl+B hides the panels: the projector view.");
+            return;
         }
-    }
-
-    /// The largest interface scale at which both columns still fit beside the picture.
-    fn zoom_room(&self, ctx: &Context) -> f32 {
-        let points_at_one = ctx.content_rect().width() * ctx.zoom_factor();
-        if self.lab.prefs.panels { (points_at_one / FULL_WIDTH).max(1.0) } else { *Prefs::ZOOM.end() }
+        prefs.zoom = wanted;
+        messages.say(format!("Interface {:.0} %", 100.0 * wanted));
     }
 
     /// Goes on with another scene, or with the same one after its file has changed.
@@ -281,7 +295,7 @@ impl MisLabApp {
         let after = if again { document.reloaded(opened) } else { Document::new(opened) };
         let before = std::mem::replace(document, after);
         if !self.starting {
-            history.record(before, EditKey("open", 0));
+            history.record(before, EditKey("opening of a file", 0));
             history.end_gesture();
         }
         self.starting = false;
@@ -409,11 +423,16 @@ impl MisLabApp {
         self.close_when_saved(ctx);
         self.keep_prefs(ctx);
         // A scale kept from a larger screen must not push the panels out of a smaller one.
-        let zoom = self.lab.prefs.zoom.min(self.zoom_room(ctx));
+        let zoom = zoom::factor(native_size(ctx), self.lab.scale(), self.lab.prefs.zoom);
         if (ctx.zoom_factor() - zoom).abs() > 1e-3 {
             ctx.set_zoom_factor(zoom);
         }
         self.lab.sheets.table.poll();
+        if let Some(text) = number::take_refused(ctx) {
+            self.lab
+                .messages
+                .complain(format!("\u{201c}{text}\u{201d} is not a number for this field; it stays as it was."));
+        }
         let trouble = self.gpu_trouble.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(message) = trouble {
             // The picture goes on without the graphics device; the toolkit may recover its own part or not.
@@ -517,6 +536,7 @@ impl eframe::App for MisLabApp {
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::hold);
+        hint::begin_pass(ui.ctx(), self.lab.scale() == TypeScale::Desk);
         let mut commands = keys::pressed(ui.ctx());
         window_ui(ui, &mut self.lab, &mut commands);
         let ctx = ui.ctx().clone();
@@ -545,6 +565,11 @@ impl eframe::App for MisLabApp {
             let _ = writeln!(std::io::stderr(), "{failure}");
         }
     }
+}
+
+/// The window in points at the system's own factor.
+fn native_size(ctx: &Context) -> egui::Vec2 {
+    ctx.content_rect().size() * ctx.zoom_factor()
 }
 
 /// Without these the default handler ends the process.

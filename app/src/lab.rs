@@ -1,5 +1,7 @@
 //! Everything in the window: what is edited, what renders it, what shows it. Panels draw from it, commands change it.
 
+use std::sync::Arc;
+
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 
@@ -10,12 +12,13 @@ use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
 use crate::panel::table::TablePanel;
 use crate::picture::engine::Engine;
+use crate::picture::histogram::Histogram;
 use crate::picture::live::LivePicture;
 use crate::picture::pane::{Pane, Panes};
 use crate::picture::picking::Target;
 use crate::picture::swatch::Swatches;
 use crate::state::destination::Destination;
-use crate::state::document::Document;
+use crate::state::document::{Document, Opened};
 use crate::state::history::History;
 use crate::state::pacing::Pacing;
 use crate::state::prefs::Prefs;
@@ -40,6 +43,8 @@ pub struct Lab {
     pub pointed_at: Option<Target>,
     /// Small pictures of the plates, cut from the active picture.
     pub swatches: Swatches,
+    /// How bright the active picture is.
+    pub histogram: Histogram,
     /// Work on files.
     pub files: Files,
     /// What lies over the window.
@@ -59,6 +64,10 @@ pub struct Sheets {
     pub open: Option<OpenSheet>,
     /// The tutorial's table.
     pub table: TablePanel,
+    /// The file whose warnings have been put away.
+    pub warnings_read: Option<Arc<Opened>>,
+    /// Text was being edited at the end of the last pass: Escape is about that.
+    pub typing: bool,
 }
 
 impl Lab {
@@ -74,6 +83,7 @@ impl Lab {
             panes: Panes::new(None),
             pointed_at: None,
             swatches: Swatches::default(),
+            histogram: Histogram::default(),
             files: Files::new(ctx),
             sheets: Sheets::default(),
             messages: Messages::default(),

@@ -1,44 +1,72 @@
-//! Where everything is: strategy bar, columns, picture, caption, status.
+//! Where everything is: at a desk strategy bar, columns, picture, caption, status; in a hall the picture and one column.
 
-use eframe::egui::{self, Align, Align2, CentralPanel, Color32, Frame, Layout, Margin, Panel, Rect, ScrollArea, Ui};
+use std::sync::Arc;
+
+use eframe::egui::{
+    self, Align, Align2, CentralPanel, Color32, Frame, Key, Layout, Margin, Panel, Popup, Rect, ScrollArea, Ui,
+    UiBuilder, Vec2, vec2,
+};
 use mislab_renderer::State;
 
 use crate::lab::Lab;
+use crate::look::layer::LayerLook;
 use crate::look::theme::{GRID, TypeScale};
+use crate::panel::caption::{Caption, aside_ui, waiting_ui};
+use crate::panel::display::Measured;
 use crate::panel::{
-    caption, display, formula, help, menu, messages, open, palette, sampling, save, scene, status, strategy, table,
+    display, formula, help, hint, menu, messages, open, palette, sampling, save, scene, status, strategy, table,
+    warnings,
 };
+use crate::picture::legend::{self, legend_ui};
 use crate::picture::pane::Subject;
 use crate::state::command::Command;
 
-/// Width in points at which both columns stand beside the picture.
-pub const FULL_WIDTH: f32 = 1100.0;
-
 /// Draws the window and collects what the user wants.
 pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
-    let hall = lab.scale() == TypeScale::Hall;
-    strategy_bar(ui, lab, out);
-    if !hall {
-        status_bar(ui, lab, out);
-        // At a large interface scale the picture is worth more than the panels.
-        if ui.available_width() > 620.0 {
-            let width = width_taken(ui, |ui| left_column(ui, lab, out));
-            lab.prefs.window.columns[0] = width;
-        }
-        if lab.prefs.inspector && ui.available_width() > 760.0 {
-            let width = width_taken(ui, |ui| right_column(ui, lab, out));
-            lab.prefs.window.columns[1] = width;
-        }
-    } else if ui.available_width() > 1.6 * ui.available_height() {
-        // Beside a picture as high as the screen there is room for the blackboard.
-        let panel = Panel::right("blackboard").resizable(false).exact_size(500.0).show_separator_line(false);
-        panel.frame(column_frame(ui)).show(ui, |ui| {
-            formula::formula_ui(ui, &lab.document.active().estimator, TypeScale::Hall);
-        });
-    }
-    caption_strip(ui, lab);
-    let place = CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, out)).inner;
+    escape(ui.ctx(), lab);
+    let place = match lab.scale() {
+        TypeScale::Desk => desk(ui, lab, out),
+        TypeScale::Hall => hall(ui, lab, out),
+    };
     sheets(ui.ctx(), lab, place, out);
+    lab.sheets.typing = ui.ctx().text_edit_focused();
+}
+
+/// Returns where the pictures are.
+fn desk(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
+    strategy_bar(ui, lab, out);
+    status_bar(ui, lab, out);
+    // At a large interface scale the picture is worth more than the panels.
+    let left = ui.available_width() > 620.0;
+    let beside_it = ui.available_width() - if left { 320.0 } else { 0.0 };
+    let right = lab.prefs.inspector && beside_it > 760.0;
+    if left {
+        lab.prefs.window.columns[0] = width_taken(ui, |ui| left_column(ui, lab, !right, out));
+    }
+    if right {
+        lab.prefs.window.columns[1] = width_taken(ui, |ui| right_column(ui, lab, out));
+    }
+    caption_strip(ui, lab, 40.0);
+    CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, !left && !right, out)).inner
+}
+
+/// The projector view: the picture as large as it gets, in whichever of two ways that is.
+fn hall(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
+    let size = ui.available_size();
+    let aspect = lab.document.view.placement.aspect(lab.document.image.resolution);
+    match hall_column(size, aspect) {
+        Some(width) => {
+            let panel = Panel::left("hall column").resizable(false).exact_size(width).show_separator_line(false);
+            panel.frame(column_frame(ui)).show(ui, |ui| hall_column_ui(ui, lab, out));
+            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
+        }
+        None => {
+            let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame(ui)).show_separator_line(false);
+            bar.show(ui, |ui| hall_bar_ui(ui, lab, out));
+            caption_strip(ui, lab, HALL_CAPTION);
+            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
+        }
+    }
 }
 
 /// Draws a column and returns its width in whole points.
@@ -46,6 +74,21 @@ fn width_taken(ui: &mut Ui, draw: impl FnOnce(&mut Ui)) -> f32 {
     let before = ui.available_width();
     draw(ui);
     (before - ui.available_width()).round()
+}
+
+/// Heights in points of what stands over and under a wide picture in a hall.
+const HALL_BAR: f32 = 186.0;
+const HALL_CAPTION: f32 = 92.0;
+/// The narrowest column that holds the strategies.
+const HALL_COLUMN: f32 = 440.0;
+
+/// Width of the column beside a picture of that shape in the projector view; `None` if the picture becomes larger with
+/// bars above and below.
+fn hall_column(size: Vec2, aspect: f32) -> Option<f32> {
+    let column = (size.x - size.y * aspect).max(HALL_COLUMN);
+    let beside = ((size.x - column) / aspect).min(size.y);
+    let between = (size.x / aspect).min(size.y - HALL_BAR - HALL_CAPTION);
+    (beside >= between).then_some(column)
 }
 
 fn bar_frame(ui: &Ui) -> Frame {
@@ -57,46 +100,122 @@ fn column_frame(ui: &Ui) -> Frame {
 }
 
 fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
-    let scale = lab.scale();
-    let height = if scale == TypeScale::Hall { 88.0 } else { 52.0 };
-    Panel::top("strategy bar").exact_size(height).frame(bar_frame(ui)).show(ui, |ui| {
+    Panel::top("strategy bar").exact_size(48.0).frame(bar_frame(ui)).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
-            let slot = lab.document.active();
-            let default_c = lab.document.opened.settings.estimator.light_prob;
-            strategy::bar_ui(ui, &slot.estimator, default_c, scale, out);
+            let estimator = &lab.document.active().estimator;
+            strategy::row_ui(ui, estimator, out);
+            ui.add_space(2.0 * GRID);
+            // The menu needs its place at the right end.
+            let room = ui.available_width() - 110.0;
+            if room > 140.0 {
+                let default = lab.document.opened.settings.estimator.light_prob;
+                strategy::light_prob_ui(ui, estimator, default, room.min(300.0), out);
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                menu::menu_ui(ui, &lab.prefs, &lab.history, out);
-                let width = if scale == TypeScale::Hall { 400.0 } else { 236.0 };
-                if ui.available_width() > width {
-                    display::layer_menu(ui, slot.layer, width, out);
-                }
+                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+                layer_menu(ui, lab, 236.0, out);
             });
         });
     });
 }
 
+fn layer_menu(ui: &mut Ui, lab: &Lab, width: f32, out: &mut Vec<Command>) {
+    if ui.available_width() > width {
+        display::layer_menu(ui, lab.document.active().layer, width, out);
+    }
+}
+
+/// What the projector view has beside the picture.
+fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
+    let slot = *lab.document.active();
+    let frame = lab.live().frame();
+    strategy::square_ui(ui, &slot.estimator, out);
+    let default = lab.document.opened.settings.estimator.light_prob;
+    ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+            strategy::light_prob_ui(ui, &slot.estimator, default, ui.available_width(), out);
+        });
+    });
+    formula::formula_ui(ui, &slot.estimator, TypeScale::Hall);
+    ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
+        ui.add_space(GRID);
+        ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
+            ui.with_layout(Layout::top_down(Align::Min), |ui| match &frame {
+                Some(frame) => Caption::new(frame, lab.live().is_behind()).column_ui(ui),
+                None => waiting_ui(ui),
+            });
+        });
+        if let Some(progress) = lab.sheets.table.progress() {
+            ui.allocate_ui(vec2(ui.available_width(), ui.spacing().interact_size.y), |ui| {
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| status::table_ui(ui, &progress, out));
+            });
+        }
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            display::layer_menu(ui, slot.layer, ui.available_width(), out);
+            if !LayerLook::of(slot.layer).is_colour() {
+                active_legend_ui(ui, lab);
+            }
+        });
+    });
+}
+
+/// What the projector view has above a wide picture.
+fn hall_bar_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
+    let estimator = &lab.document.active().estimator;
+    ui.add_space(GRID);
+    ui.allocate_ui(vec2(ui.available_width(), 62.0), |ui| {
+        ui.horizontal_centered(|ui| {
+            strategy::row_ui(ui, estimator, out);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+            });
+        });
+    });
+    ui.horizontal(|ui| {
+        let default = lab.document.opened.settings.estimator.light_prob;
+        strategy::light_prob_ui(ui, estimator, default, 0.45 * ui.available_width(), out);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| layer_menu(ui, lab, 400.0, out));
+    });
+    formula::formula_line_ui(ui, estimator, 26.0);
+}
+
 fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     let Some(status) = lab.live().status() else { return };
-    Panel::bottom("status bar").exact_size(36.0).frame(bar_frame(ui)).show(ui, |ui| {
+    Panel::bottom("status bar").exact_size(32.0).frame(bar_frame(ui)).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0 * GRID;
             let frame = lab.live().current_frame();
-            let work = status::Work { frame: frame.as_deref(), status: &status, threads: lab.engine.threads() };
+            let work = status::Work {
+                frame: frame.as_deref(),
+                status: &status,
+                threads: lab.engine.threads(),
+                table: lab.sheets.table.progress(),
+            };
             status::status_ui(ui, &work, &lab.document, out);
         });
     });
 }
 
-fn left_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
+/// With the legend at its lower end if there is no other column for it.
+fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) {
     let panel = Panel::left("left column").default_size(lab.prefs.window.columns[0]).size_range(296.0..=520.0);
     panel.frame(column_frame(ui)).show(ui, |ui| {
+        let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
+        if legend {
+            let strip =
+                Panel::bottom("legend").resizable(false).frame(Frame::new().inner_margin(Margin::symmetric(0, 4)));
+            strip.show(ui, |ui| active_legend_ui(ui, lab));
+        }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            let document = &lab.document;
-            sampling::weights_ui(ui, &document.active().estimator, out);
-            sampling::samples_ui(ui, &document.sampling, &document.opened.settings.sampling, out);
-            sampling::pace_ui(ui, &lab.pacing, out);
-            ui.add_space(GRID);
-            lab.pointed_at = scene::scene_ui(ui, document, &lab.swatches, lab.panes.hovered(), out);
+            hint::beside(ui, column, |ui| {
+                let document = &lab.document;
+                sampling::weights_ui(ui, &document.active().estimator, out);
+                sampling::samples_ui(ui, &document.sampling, &document.opened.settings.sampling, out);
+                sampling::pace_ui(ui, &lab.pacing, out);
+                ui.add_space(GRID);
+                lab.pointed_at = scene::scene_ui(ui, document, &lab.swatches, lab.panes.hovered(), out);
+            });
         });
     });
 }
@@ -104,47 +223,90 @@ fn left_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
 fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     let panel = Panel::right("right column").default_size(lab.prefs.window.columns[1]).size_range(280.0..=560.0);
     panel.frame(column_frame(ui)).show(ui, |ui| {
-        formula::formula_ui(ui, &lab.document.active().estimator, TypeScale::Desk);
+        let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
+        let slot = *lab.document.active();
+        let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, slot.layer));
+        formula::formula_ui(ui, &slot.estimator, TypeScale::Desk);
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            messages::warnings_ui(ui, &lab.document.opened.warnings);
-            display::display_ui(ui, &lab.document, out);
-            ui.add_space(GRID);
-            let spp = lab.snapshot_spp();
-            save::save_ui(ui, &mut lab.destination, &mut lab.prefs.png, &lab.document, spp, out);
+            hint::beside(ui, column, |ui| {
+                let measured = Measured { histogram: &lab.histogram, here };
+                display::display_ui(ui, &lab.document, &measured, out);
+                ui.add_space(GRID);
+                let spp = lab.snapshot_spp();
+                save::save_ui(ui, &mut lab.destination, &mut lab.prefs.png, &lab.document, spp, out);
+            });
         });
     });
 }
 
-fn caption_strip(ui: &mut Ui, lab: &Lab) {
-    let scale = lab.scale();
-    let height = if scale == TypeScale::Hall { 52.0 } else { 30.0 };
-    Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false).show(ui, |ui| {
-        ui.horizontal_centered(|ui| {
-            let frame = lab.live().frame();
-            caption::caption_ui(ui, frame.as_deref(), lab.live().is_behind(), scale);
+fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32) {
+    let panel = Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false);
+    panel.show(ui, |ui| {
+        ui.spacing_mut().interact_size.y = 0.0;
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let hall = lab.scale() == TypeScale::Hall;
+        let (place, right) =
+            ui.max_rect().split_left_right_at_x(ui.max_rect().right() - if hall { 440.0 } else { 0.0 });
+        if hall {
+            // A wide picture leaves no column for its legend.
+            ui.scope_builder(UiBuilder::new().max_rect(right), |ui| active_legend_ui(ui, lab));
+        }
+        let (_, second) = place.split_top_bottom_at_fraction(0.54);
+        let opened = &lab.document.opened;
+        let aside = second.with_min_x(second.right() - ASIDE.min(0.4 * second.width()));
+        let warnings = opened.warnings.len();
+        let add_aside = |ui: &mut Ui| (warnings > 0 || !hall) && aside_ui(ui, warnings);
+        if ui.scope_builder(UiBuilder::new().max_rect(aside), add_aside).inner {
+            let read = lab.sheets.warnings_read.as_ref().is_some_and(|read| Arc::ptr_eq(read, opened));
+            lab.sheets.warnings_read = if read { None } else { Some(opened.clone()) };
+        }
+        ui.scope_builder(UiBuilder::new().max_rect(place), |ui| match lab.live().frame() {
+            Some(frame) => Caption::new(&frame, lab.live().is_behind()).strip_ui(ui, ASIDE),
+            None => waiting_ui(ui),
         });
     });
 }
 
-/// The pictures of all slots: for now there is one, over the whole place. Returns where it is.
-fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
+/// The legend of the picture that controls are about.
+fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
+    let layer = lab.document.active().layer;
+    let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, layer));
+    legend_ui(ui, legend::Key { layer, view: &lab.document.view, here });
+}
+
+/// Width of what stands at the right end of the caption's second line.
+const ASIDE: f32 = 180.0;
+
+/// The pictures of all slots: for now there is one, over the whole place. `legend`: on or beside each. Returns where they are.
+fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) -> Rect {
     if let Some(frame) = lab.live().frame()
         && lab.prefs.panels
     {
         lab.swatches.update(ui.ctx(), &frame, &lab.document.view);
+        lab.histogram.update(ui.ctx(), &frame, lab.document.active().layer);
     }
     let mut place = ui.available_rect_before_wrap();
     for (slot, (pane, live)) in lab.panes.all_mut().iter_mut().zip(lab.engine.pictures()).enumerate() {
         let outdated = lab.files.is_outdated(lab.document.opened.path.as_deref());
-        let subject = Subject { slot, live, pointed_at: lab.pointed_at, outdated, reading: lab.files.is_reading() };
+        let reading = lab.files.is_reading();
+        let subject = Subject { slot, live, pointed_at: lab.pointed_at, legend, outdated, reading };
         place = pane.ui(ui, &mut lab.document, &subject, out);
     }
     drop_target(ui, place);
     let failed = lab.live().status().filter(|s| s.state == State::Failed);
     let failed = failed.map(|s| s.error.unwrap_or_else(|| "this scene cannot be rendered".into()));
     messages::errors_ui(ui, place, &mut lab.messages, failed.as_deref(), out);
+    if warnings_open(lab) && warnings::sheet_ui(ui.ctx(), place, &lab.document.opened.warnings) {
+        lab.sheets.warnings_read = Some(lab.document.opened.clone());
+    }
     place
+}
+
+fn warnings_open(lab: &Lab) -> bool {
+    let opened = &lab.document.opened;
+    let read = lab.sheets.warnings_read.as_ref().is_some_and(|read| Arc::ptr_eq(read, opened));
+    !read && !opened.warnings.is_empty()
 }
 
 /// Says that a file over the window can be dropped.
@@ -157,14 +319,33 @@ fn drop_target(ui: &Ui, rect: Rect) {
     }
 }
 
+/// One press of Escape closes one thing, the foremost. Sheets, menus and fields being typed in take it for themselves.
+fn escape(ctx: &egui::Context, lab: &mut Lab) {
+    let open = warnings_open(lab);
+    let Lab { sheets, messages, document, .. } = lab;
+    let taken = sheets.help
+        || sheets.palette.is_some()
+        || sheets.open.is_some()
+        || sheets.typing
+        || Popup::is_any_open(ctx)
+        || ctx.dragged_id().is_some();
+    if taken || !ctx.input(|i| i.key_pressed(Key::Escape)) {
+        return;
+    }
+    if sheets.table.open {
+        sheets.table.open = false;
+    } else if messages.open_error.is_some() {
+        messages.open_error = None;
+    } else if messages.gpu_error.is_some() {
+        messages.gpu_error = None;
+    } else if open {
+        sheets.warnings_read = Some(document.opened.clone());
+    }
+}
+
 /// What lies over the window.
 fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Command>) {
     let sheets = &mut lab.sheets;
-    let on_top = sheets.help || sheets.palette.is_some() || sheets.open.is_some();
-    if !on_top && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
-        sheets.table.open = false;
-        out.push(Command::DismissOpenError);
-    }
     if sheets.table.open {
         let folder = lab.destination.folder(&lab.document);
         table::table_ui(ctx, &mut sheets.table, &lab.document.scene, &folder, &mut lab.files);
@@ -185,4 +366,16 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Comma
     // Not over buttons, nor over the values of the pixel.
     let corner = picture.with_max_y(picture.bottom() - 64.0);
     messages::notices_ui(ctx, &mut lab.messages, lab.files.work().as_deref(), corner, out);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn in_a_hall_a_square_picture_has_the_whole_height() {
+        assert_eq!(hall_column(vec2(1280.0, 720.0), 1.0), Some(560.0));
+        assert_eq!(hall_column(vec2(1280.0, 720.0), 2.4), None, "a wide one has the whole width");
+        assert_eq!(hall_column(vec2(960.0, 720.0), 1.0), Some(HALL_COLUMN), "larger than between two bars");
+    }
 }

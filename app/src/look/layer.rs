@@ -2,7 +2,7 @@
 //!
 //! Names in EXR files are the renderer's: [`mislab_renderer::Channel::exr_name`].
 
-use mislab_renderer::{Layer, Technique};
+use mislab_renderer::{Estimator, Layer, Strategy, Technique};
 
 /// How the numbers of a layer become colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +84,28 @@ impl LayerLook {
     }
 }
 
+/// Why `layer` shows nothing: the samples it is about are never drawn. `None` where they are.
+pub fn not_drawn(layer: Layer, estimator: &Estimator) -> Option<String> {
+    let of = match layer {
+        Layer::Light | Layer::WeightLight => Technique::Light,
+        Layer::Bsdf | Layer::WeightBsdf => Technique::Bsdf,
+        Layer::Picture | Layer::ShareLight | Layer::Variance => return None,
+    };
+    let draws = estimator.strategy.draws();
+    let one = estimator.strategy == Strategy::Mis;
+    let (name, drawn, never) = match of {
+        Technique::Light => ("light", draws.light, one && estimator.light_prob == 0.0),
+        Technique::Bsdf => ("BSDF", draws.bsdf, one && estimator.light_prob == 1.0),
+    };
+    if !drawn {
+        Some(format!("This strategy draws no {name} samples."))
+    } else if never {
+        Some(format!("At c = {} no {name} samples are drawn.", estimator.light_prob))
+    } else {
+        None
+    }
+}
+
 /// Layers by their keys, for serde: the renderer itself does not store them.
 pub mod by_key {
     use mislab_renderer::Layer;
@@ -117,6 +139,22 @@ mod tests {
             assert_eq!(look.values.len(), layer.channels().len(), "{layer:?}");
             assert_eq!(look.is_colour(), layer.channels().len() == 3, "{layer:?}");
             assert_eq!(Layer::ALL.iter().filter(|other| LayerLook::of(**other).key == look.key).count(), 1);
+        }
+    }
+
+    #[test]
+    fn what_is_not_drawn_is_said() {
+        let of = |strategy, light_prob| Estimator { strategy, light_prob, ..Estimator::default() };
+        let said = |layer, estimator| not_drawn(layer, &estimator).unwrap_or_default();
+        assert_eq!(said(Layer::Light, of(Strategy::Bsdf, 0.5)), "This strategy draws no light samples.");
+        assert_eq!(said(Layer::WeightBsdf, of(Strategy::Light, 0.5)), "This strategy draws no BSDF samples.");
+        assert_eq!(said(Layer::Bsdf, of(Strategy::Mis, 1.0)), "At c = 1 no BSDF samples are drawn.");
+        for (layer, estimator) in [
+            (Layer::Light, of(Strategy::MisAll, 0.0)),
+            (Layer::Bsdf, of(Strategy::Mis, 0.5)),
+            (Layer::Picture, of(Strategy::Bsdf, 0.0)),
+        ] {
+            assert_eq!(not_drawn(layer, &estimator), None, "{layer:?}");
         }
     }
 }

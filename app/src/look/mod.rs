@@ -4,3 +4,4 @@ pub mod colormap;
 pub mod layer;
 pub mod names;
 pub mod theme;
+pub mod zoom;

@@ -28,7 +28,7 @@ pub fn heuristic_name(heuristic: Heuristic) -> &'static str {
         Heuristic::Balance => "Balance",
         Heuristic::Power => "Power",
         Heuristic::Cutoff => "Cutoff",
-        Heuristic::Maximum => "Max",
+        Heuristic::Maximum => "Maximum",
     }
 }
 

@@ -29,7 +29,7 @@ impl TypeScale {
     pub fn sizes(self) -> [f32; 3] {
         match self {
             Self::Desk => [14.0, 16.0, 20.0],
-            Self::Hall => [24.0, 28.0, 34.0],
+            Self::Hall => [24.0, 26.0, 32.0],
         }
     }
 
@@ -37,7 +37,7 @@ impl TypeScale {
     pub fn row_height(self) -> f32 {
         match self {
             Self::Desk => 24.0,
-            Self::Hall => 44.0,
+            Self::Hall => 42.0,
         }
     }
 }

@@ -1,62 +1,167 @@
-//! The caption under the picture: what made it.
+//! The caption of a picture: what made it. One for each pane; nothing in it moves while numbers count.
 
-use eframe::egui::{self, Align2, RichText, Role, TextStyle, Ui};
+use eframe::egui::{self, Align2, FontId, Layout, RichText, Role, TextStyle, Ui, vec2};
 use mislab_renderer::{Frame, Strategy};
 
 use crate::look::names::{heuristic_name, strategy_name};
-use crate::look::theme::{GRID, Inks, TypeScale};
-use crate::panel::widgets::{cell, seconds, si};
+use crate::look::theme::{GRID, Inks, medium};
+use crate::panel::hint::Hint as _;
+use crate::panel::number::{seconds, si};
+use crate::panel::widgets::cell;
 
-/// Says of the frame on screen, not of the settings, how it came about: true at every moment.
-pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: TypeScale) {
-    let Some(frame) = frame else {
-        ui.label("Rendering the first picture \u{2026}");
-        return;
-    };
-    let inks = Inks::of(ui.visuals());
-    let settings = &frame.request().settings;
-    let stats = frame.stats();
-    let strategy = settings.estimator.strategy;
-    ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+/// The frame on screen in words: true of it at every moment, whatever the settings are by now.
+pub struct Caption {
+    strategy: Strategy,
+    /// Heuristic and c, where there are any.
+    how: String,
+    spp: String,
+    paths: String,
+    time: String,
+    scene: String,
+    bias: Option<&'static str>,
+    /// It is of older settings.
+    behind: bool,
+}
 
-    let mut how = String::new();
-    if matches!(strategy, Strategy::MisAll | Strategy::Mis) {
-        how = heuristic_name(settings.estimator.heuristic).to_lowercase();
-    }
-    if strategy == Strategy::Mis {
-        how = format!("{how}, c {:.2}", settings.estimator.light_prob);
-    }
-    let spp = format!("{} spp", frame.spp());
-    let paths = format!("{} paths", si(stats.paths as f64));
-    let time = seconds(stats.render_seconds);
+/// The widest that stands in each place.
+const HOW: &str = "maximum, c 0.88";
+const SPP: &str = "88888 spp";
+const PATHS: &str = "88.8 M paths";
+const TIME: &str = "88:88 min";
 
-    let name =
-        RichText::new(strategy_name(strategy)).family(crate::look::theme::medium()).color(inks.strategy(strategy));
-    let response = ui.label(name);
-    response.widget_info(|| {
-        let parts = [strategy_name(strategy), &how, &spp, &paths, &time];
-        let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-        egui::WidgetInfo::labeled(Role::Label, true, format!("Caption: {}", parts.join(", ")))
-    });
-    if !how.is_empty() {
-        ui.label(how);
-    }
-    if let Some(bias) = settings.estimator.bias() {
-        ui.label(RichText::new("biased").color(inks.wrong)).on_hover_text(bias);
-    }
-    let font = TextStyle::Body.resolve(ui.style());
-    let digits = settings.sampling.spp.map_or(frame.spp(), |target| target.get()).to_string().len();
-    let templates = [format!("{} spp", "8".repeat(digits)), "88.8 M paths".into(), "88.8 s".into()];
-    for (text, template) in [spp, paths, time].iter().zip(templates) {
-        // Rather nothing than half a number.
-        if ui.available_width() < 5.0 * font.size {
-            return;
+impl Caption {
+    /// Of a frame; `behind` if it is of older settings.
+    pub fn new(frame: &Frame, behind: bool) -> Self {
+        let settings = &frame.request().settings;
+        let strategy = settings.estimator.strategy;
+        let heuristic = heuristic_name(settings.estimator.heuristic).to_lowercase();
+        let how = match strategy {
+            Strategy::Light | Strategy::Bsdf => String::new(),
+            Strategy::MisAll => heuristic,
+            Strategy::Mis => format!("{heuristic}, c {:.2}", settings.estimator.light_prob),
+        };
+        let stats = frame.stats();
+        Self {
+            strategy,
+            how,
+            spp: format!("{} spp", frame.spp()),
+            paths: format!("{} paths", si(stats.paths as f64)),
+            time: seconds(stats.render_seconds),
+            scene: frame.request().scene.name.clone(),
+            bias: settings.estimator.bias(),
+            behind,
         }
-        cell(ui, text, &template, font.clone(), None, Align2::LEFT_CENTER);
     }
-    if updating {
-        ui.label(RichText::new("previous settings \u{2026}").italics());
-    } else if scale == TypeScale::Desk && ui.available_width() > 220.0 {
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.weak("drop a .pbrt or .exr here"));
+
+    fn spoken(&self) -> String {
+        let parts = [strategy_name(self.strategy), &self.how, &self.spp, &self.paths, &self.time, &self.scene];
+        let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        format!("Caption: {}", parts.join(", "))
     }
+
+    /// In a strip under the picture: numbers in one line, the scene and what is wrong in a second one, which leaves
+    /// `aside` free at its right end.
+    pub fn strip_ui(&self, ui: &mut Ui, aside: f32) {
+        let font = TextStyle::Body.resolve(ui.style());
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 3.0 * GRID;
+            self.name_ui(ui, &font);
+            let numbers = [(&self.how, HOW), (&self.spp, SPP), (&self.paths, PATHS), (&self.time, TIME)];
+            for ((text, template), hint) in numbers.into_iter().zip(HINTS) {
+                // Rather nothing than half a number.
+                if ui.available_width() < width(ui, template, &font) {
+                    break;
+                }
+                cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER).hint(hint);
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.set_max_width((ui.available_width() - aside).max(0.0));
+            ui.spacing_mut().item_spacing.x = 3.0 * GRID;
+            self.remarks_ui(ui);
+        });
+    }
+
+    /// In a column beside the picture, line under line.
+    pub fn column_ui(&self, ui: &mut Ui) {
+        ui.spacing_mut().interact_size.y = 0.0;
+        let font = TextStyle::Body.resolve(ui.style());
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+            self.name_ui(ui, &font);
+            ui.label(&self.how);
+        });
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+            for (text, template) in [(&self.spp, SPP), (&self.paths, PATHS), (&self.time, "88.8 s")] {
+                cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER);
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+            self.remarks_ui(ui);
+        });
+    }
+
+    fn name_ui(&self, ui: &mut Ui, font: &FontId) {
+        let font = FontId::new(font.size, medium());
+        let ink = Inks::of(ui.visuals()).strategy(self.strategy);
+        let template = strategy_name(Strategy::MisAll);
+        let response = cell(ui, strategy_name(self.strategy), template, font, Some(ink), Align2::LEFT_CENTER);
+        response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, self.spoken()));
+        response.hint("The strategy of the picture on screen.");
+    }
+
+    fn remarks_ui(&self, ui: &mut Ui) {
+        let wrong = Inks::of(ui.visuals()).wrong;
+        let small = |text: &str| RichText::new(text).text_style(TextStyle::Small);
+        if let Some(bias) = self.bias {
+            ui.label(small("biased").color(wrong)).hint(bias);
+        }
+        if self.behind {
+            ui.label(small("previous settings \u{2026}").italics());
+        }
+        let weak = ui.visuals().weak_text_color();
+        let scene = egui::Label::new(small(&self.scene).color(weak)).truncate();
+        ui.add(scene).hint(format!("The scene: {}", self.scene));
+    }
+}
+
+const HINTS: [&str; 4] = [
+    "How weights follow from the densities, and the probability c of a light sample.",
+    "Samples per pixel. The tutorial: xsamples times ysamples.",
+    "Camera rays of the whole picture; a path here has two segments.",
+    "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
+];
+
+fn width(ui: &Ui, text: &str, font: &FontId) -> f32 {
+    ui.painter().layout_no_wrap(text.into(), font.clone(), egui::Color32::WHITE).size().x
+}
+
+/// While there is no frame yet.
+pub fn waiting_ui(ui: &mut Ui) {
+    ui.label("Rendering the first picture \u{2026}");
+}
+
+/// What stands at the right end of the strip: how many warnings the scene file gave, or that files can be dropped. True
+/// when the warnings are asked for.
+pub fn aside_ui(ui: &mut Ui, warnings: usize) -> bool {
+    let layout = Layout::right_to_left(egui::Align::Center);
+    let size = vec2(ui.available_width(), ui.available_height());
+    let add = |ui: &mut Ui| match warnings {
+        0 => {
+            let text = RichText::new("drop a .pbrt or .exr here").text_style(TextStyle::Small);
+            ui.label(text.color(ui.visuals().weak_text_color()));
+            false
+        }
+        n => {
+            let text = if n == 1 { "1 warning".to_owned() } else { format!("{n} warnings") };
+            let button = egui::Button::new(RichText::new(text).text_style(TextStyle::Small)).small();
+            ui.add(button)
+                .accessible_name("Warnings about the scene file")
+                .hint("What the reader left out or changed.")
+                .clicked()
+        }
+    };
+    ui.allocate_ui_with_layout(size, layout, add).inner
 }

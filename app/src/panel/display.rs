@@ -5,14 +5,28 @@ use mislab_renderer::{Layer, Strategy, Technique};
 
 use crate::look::layer::{Colouring, LayerLook};
 use crate::look::theme::{GRID, Inks, strategy_fill};
-use crate::panel::widgets::{ParamSlider, Scale, segmented, title, wide_button};
+use crate::panel::explain;
+use crate::panel::hint::{self, Hint as _};
+use crate::panel::math::text;
+use crate::panel::widgets::{ParamSlider, Scale, focus_ring, segmented, title, wide_button};
+use crate::picture::histogram::Histogram;
+use crate::picture::legend::{Key, colour_note, legend_ui};
+use crate::picture::tone::clipped_from;
 use crate::state::command::Command;
 use crate::state::document::Document;
 use crate::state::edit::Edit;
 use crate::state::view::{ToneMap, ViewState};
 
+/// What the panel shows of the picture on screen.
+pub struct Measured<'a> {
+    /// How bright its pixels are.
+    pub histogram: &'a Histogram,
+    /// The number under the mouse.
+    pub here: Option<f32>,
+}
+
 /// The panel.
-pub fn display_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
+pub fn display_ui(ui: &mut Ui, document: &Document, measured: &Measured<'_>, out: &mut Vec<Command>) {
     let shown = document.active().layer;
     title(ui, "Layer");
     ui.scope(|ui| {
@@ -24,11 +38,15 @@ pub fn display_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
         }
     });
     let (view, default) = (&document.view, &document.opened.view);
+    let key = Key { layer: shown, view, here: measured.here };
     match LayerLook::of(shown).colouring {
-        Colouring::Radiance => colour_ui(ui, view, default, out),
-        Colouring::Magnitude => variance_ui(ui, view, default, out),
+        Colouring::Radiance => colour_ui(ui, key, default, measured.histogram, out),
+        Colouring::Magnitude => variance_ui(ui, key, default, out),
         // Its range is 0 to 1, whatever the picture.
-        Colouring::Share { .. } => {}
+        Colouring::Share { .. } => {
+            ui.add_space(2.0 * GRID);
+            legend_ui(ui, key);
+        }
     }
 }
 
@@ -36,14 +54,19 @@ pub fn display_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
 pub fn layer_menu(ui: &mut Ui, shown: Layer, width: f32, out: &mut Vec<Command>) {
     let response = ComboBox::from_id_salt("layer menu")
         .width(width)
+        .truncate()
         .selected_text(LayerLook::of(shown).name)
         .show_ui(ui, |ui| {
-            for layer in Layer::ALL {
-                if ui.selectable_label(layer == shown, LayerLook::of(layer).name).clicked() {
-                    out.push(Edit::SetLayer(layer).into());
-                    ui.close();
+            let column = ui.max_rect().expand2(egui::vec2(3.0 * GRID, 0.0));
+            hint::beside(ui, column, |ui| {
+                for layer in Layer::ALL {
+                    let row = ui.selectable_label(layer == shown, LayerLook::of(layer).name);
+                    if row.hint_ui(|ui| explain::layer(ui, layer)).clicked() {
+                        out.push(Edit::SetLayer(layer).into());
+                        ui.close();
+                    }
                 }
-            }
+            });
         })
         .response;
     response.accessible_name("Layer menu");
@@ -75,11 +98,14 @@ fn layer_row(ui: &mut Ui, layer: Layer, on: bool) -> bool {
     let at = egui::pos2(rect.left() + 6.0 * GRID, rect.center().y);
     ui.painter().text(at, egui::Align2::LEFT_CENTER, name, font, ui.visuals().text_color());
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("Layer: {name}")));
-    response.clicked()
+    focus_ring(ui, &response, rect);
+    response.hint_ui(|ui| explain::layer(ui, layer)).clicked()
 }
 
-fn colour_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<Command>) {
+fn colour_ui(ui: &mut Ui, key: Key<'_>, default: &ViewState, histogram: &Histogram, out: &mut Vec<Command>) {
+    let view = key.view;
     title(ui, "Display");
+    histogram_ui(ui, key, histogram);
     let exposure = ParamSlider {
         name: "Exposure",
         label_width: 72.0,
@@ -91,6 +117,14 @@ fn colour_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<C
         unit: " EV",
         accent: None,
         zero_text: "",
+        explain: &|ui| {
+            text("x = 2^EV L + offset").show(ui, 18.0);
+            hint::lines(
+                ui,
+                "Exposure in stops: the picture times 2^EV. The radiances stay what they are. (E, Shift+E)",
+                &[],
+            );
+        },
     }
     .show(ui);
     if let Some(ev) = exposure.changed {
@@ -108,21 +142,70 @@ fn colour_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<C
         unit: "",
         accent: None,
         zero_text: "",
+        explain: &|ui| {
+            text("x = 2^EV L + offset").show(ui, 18.0);
+            hint::lines(ui, "Added after exposure: lifts what is too dark to see. (O, Shift+O)", &[]);
+        },
     }
     .show(ui);
     if let Some(offset) = offset.changed {
         out.push(Edit::SetOffset(offset as f32).into());
     }
-    let tone_maps: Vec<(ToneMap, &str, &str)> =
-        ToneMap::ALL.into_iter().map(|t| (t, t.name(), t.description())).collect();
-    if let Some(tone_map) = segmented(ui, "Tone map", view.tone_map, &tone_maps, true) {
-        out.push(Edit::SetToneMap(tone_map).into());
-    }
+    let tone_maps = ToneMap::ALL.map(|t| (t, t.name()));
+    let hint = |ui: &mut Ui, tone_map: ToneMap| {
+        ui.label(tone_map.description());
+    };
+    let picked = segmented(ui, "Tone map", view.tone_map, &tone_maps, true, &hint);
+    out.extend(picked.map(|tone_map| Edit::SetToneMap(tone_map).into()));
+    clipped_ui(ui, view, out);
     buttons(ui, "Sets the exposure so that 99 of 100 pixels stay below white. (N)", out);
 }
 
-fn variance_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec<Command>) {
+/// How bright the pixels are, from ten stops below white to four above, and how many are clipped.
+fn histogram_ui(ui: &mut Ui, key: Key<'_>, histogram: &Histogram) {
+    let view = key.view;
+    let small = egui::TextStyle::Small.resolve(ui.style());
+    let line = ui.text_style_height(&egui::TextStyle::Small);
+    let size = egui::vec2(ui.available_width(), 36.0 + line);
+    let (rect, response) = ui.allocate_exact_size(size, egui::Sense::hover());
+    let (graph, words) = rect.split_top_bottom_at_y(rect.top() + 36.0);
+    let painter = ui.painter();
+    painter.rect_filled(graph, 2.0, ui.visuals().extreme_bg_color);
+    let (ink, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
+    let bars = histogram.bars(view, 56);
+    let width = graph.width() / bars.len() as f32;
+    for (i, height) in bars.iter().enumerate().filter(|(_, height)| **height > 0.0) {
+        let left = graph.left() + i as f32 * width;
+        let top = graph.bottom() - height * (graph.height() - 2.0);
+        let bar = egui::Rect::from_min_max(egui::pos2(left, top), egui::pos2(left + width - 1.0, graph.bottom()));
+        painter.rect_filled(bar, 0.0, weak);
+    }
+    let at = |stops: f32| graph.left() + graph.width() * (stops - Histogram::LOW) / (Histogram::HIGH - Histogram::LOW);
+    let white = clipped_from(view.tone_map).log2();
+    painter.vline(at(white), graph.y_range(), egui::Stroke::new(1.5, ink));
+    let clipped = match histogram.clipped(view) {
+        0.0 => "nothing clipped".to_owned(),
+        share if share < 0.001 => "< 0.1 % clipped".to_owned(),
+        share => format!("{:.1} % clipped", 100.0 * share),
+    };
+    painter.text(words.left_center(), egui::Align2::LEFT_CENTER, "dark", small.clone(), weak);
+    let middle = egui::pos2(at(white), words.center().y);
+    painter.text(middle, egui::Align2::RIGHT_CENTER, "white", small.clone(), weak);
+    painter.text(words.right_center(), egui::Align2::RIGHT_CENTER, &clipped, small, weak);
+    let name = LayerLook::of(key.layer).name;
+    response.widget_info(|| {
+        let words = format!("Legend: {name}, {}, {clipped}", colour_note(view));
+        egui::WidgetInfo::labeled(egui::Role::Image, true, words)
+    });
+    response.hint(
+        "How many pixels are how bright, stop by stop; the line is where the screen is white. Black pixels are left out.",
+    );
+}
+
+fn variance_ui(ui: &mut Ui, key: Key<'_>, default: &ViewState, out: &mut Vec<Command>) {
     title(ui, "Range of the colour bar");
+    legend_ui(ui, key);
+    let view = key.view;
     let [low, high] = view.variance_range;
     let slider = |name, value: f32, default: f32| ParamSlider {
         name,
@@ -135,6 +218,9 @@ fn variance_ui(ui: &mut Ui, view: &ViewState, default: &ViewState, out: &mut Vec
         unit: "",
         accent: None,
         zero_text: "",
+        explain: &|ui| {
+            hint::lines(ui, "End of the colour bar, as a power of ten; beyond it the colour stays. (N sets both)", &[]);
+        },
     };
     let edit_low = slider("from 10^", low, default.variance_range[0]).show(ui);
     if let Some(value) = edit_low.changed {
@@ -153,11 +239,22 @@ fn buttons(ui: &mut Ui, hint: &str, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GRID;
         let width = (ui.available_width() - GRID) / 2.0;
-        if wide_button(ui, "Normalise", width).on_hover_text(hint).clicked() {
+        if wide_button(ui, "Normalise", width).hint(hint).clicked() {
             out.push(Command::Normalise);
         }
-        if wide_button(ui, "Reset view", width).on_hover_text("Exposure, offset, tone map and ranges. (R)").clicked() {
+        if wide_button(ui, "Reset view", width).hint("Exposure, offset, tone map and ranges. (R)").clicked() {
             out.push(Edit::ResetView.into());
         }
     });
+}
+
+/// A switch for the marks on clipped pixels.
+fn clipped_ui(ui: &mut Ui, view: &ViewState, out: &mut Vec<Command>) {
+    let mut on = view.mark_clipped;
+    let response = ui.checkbox(&mut on, "mark clipped pixels");
+    let response =
+        response.hint("Stripes where a number is beyond what the screen can show, and all look white alike.");
+    if response.changed() {
+        out.push(Edit::SetMarkClipped(on).into());
+    }
 }

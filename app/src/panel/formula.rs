@@ -5,52 +5,70 @@ use eframe::egui::{self, Color32, Sense, Ui, vec2};
 use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy};
 
 use crate::look::names::strategy_description;
-use crate::look::theme::{GRID, Inks, TypeScale};
+use crate::look::theme::{Inks, TypeScale};
+use crate::panel::hint::keep_clear;
 use crate::panel::math::{Math, frac, row, sub, text};
 
-/// Shows it in the width of the column, in as much height as the tallest one needs, so that nothing
-/// jumps when the strategy changes.
+/// Lines that the longest formula takes.
+const LINES: f32 = 3.0;
+
+/// Shows it in the width of the column, in as much height as the tallest one needs, with room for a sentence below it:
+/// nothing jumps when strategy or c change.
 pub fn formula_ui(ui: &mut Ui, estimator: &Estimator, scale: TypeScale) {
     let inks = Inks::of(ui.visuals());
-    let (size, line, lines) = match scale {
-        TypeScale::Desk => (20.0, 48.0, 3.0),
-        TypeScale::Hall => (34.0, 88.0, 3.0),
+    let (size, line) = match scale {
+        TypeScale::Desk => (18.0, 44.0),
+        TypeScale::Hall => (29.0, 70.0),
     };
-    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), lines * line), Sense::hover());
+    let small = egui::TextStyle::Small.resolve(ui.style());
+    let room = 2.0 * ui.text_style_height(&egui::TextStyle::Small);
+    let height = LINES * line + room;
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    keep_clear(ui.ctx(), rect);
     let formulas = formulas(estimator, inks);
     let color = ui.visuals().text_color();
     let painter = ui.painter_at(rect);
     let mut top = rect.top();
     for formula in &formulas {
-        // A long formula on a narrow column is set smaller rather than cut.
-        let laid = formula.layout(&painter, size, color);
-        let fit = (rect.width() / laid.size().x).min(1.0);
-        let laid = if fit < 1.0 { formula.layout(&painter, size * fit, color) } else { laid };
+        let laid = formula.fitted(&painter, size, rect.width(), color);
         let y = top + 0.5 * (line - laid.size().y);
         laid.paint(&painter, egui::pos2(rect.left(), y));
         top += line;
     }
-    // What is left of the room says in words what the formula says.
-    if (formulas.len() as f32) < lines {
-        let body = egui::TextStyle::Small.resolve(ui.style());
-        let words = painter.layout(
-            strategy_description(estimator.strategy).into(),
-            body,
-            ui.visuals().weak_text_color(),
-            rect.width(),
-        );
-        painter.galley(egui::pos2(rect.left(), top + GRID), words, color);
-    }
+    let (sentence, ink) = sentence_about(ui, estimator);
+    let words = painter.layout(sentence.into(), small, ink, rect.width());
+    painter.galley(egui::pos2(rect.left(), top), words, ink);
     let spoken = formulas.iter().map(Math::plain).collect::<Vec<_>>().join("; ");
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}")));
-    if let Some(bias) = estimator.bias() {
-        ui.label(egui::RichText::new(bias).color(inks.wrong));
-    }
-    ui.add_space(GRID);
+    response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {spoken}. {sentence}")));
 }
 
-fn formulas(estimator: &Estimator, inks: Inks) -> Vec<Math> {
-    let (light, bsdf) = (Technique::new("L", inks.light), Technique::new("B", inks.bsdf));
+/// Shows it in one line, over or beside a picture that needs the height.
+pub fn formula_line_ui(ui: &mut Ui, estimator: &Estimator, size: f32) {
+    let inks = Inks::of(ui.visuals());
+    let mut parts = Vec::new();
+    for formula in formulas(estimator, inks) {
+        if !parts.is_empty() {
+            parts.push(text("     "));
+        }
+        parts.push(formula);
+    }
+    let whole = row(parts);
+    let response = whole.show(ui, size);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, format!("Formula: {}", whole.plain())));
+}
+
+/// What is wrong with the estimator, or what it does.
+fn sentence_about(ui: &Ui, estimator: &Estimator) -> (&'static str, Color32) {
+    match estimator.bias() {
+        Some(bias) => (bias, Inks::of(ui.visuals()).wrong),
+        None => (strategy_description(estimator.strategy), ui.visuals().weak_text_color()),
+    }
+}
+
+/// The formula of a strategy, line by line.
+pub fn formulas(estimator: &Estimator, inks: Inks) -> Vec<Math> {
+    let [light, bsdf] = Technique::both(inks);
     let c = f64::from(estimator.light_prob);
     match estimator.strategy {
         Strategy::Light => vec![row([estimate(), frac(text("f"), light.p()), note("one light sample")])],
@@ -92,22 +110,30 @@ fn formulas(estimator: &Estimator, inks: Inks) -> Vec<Math> {
 }
 
 /// One technique's symbols.
-struct Technique {
+pub struct Technique {
     index: &'static str,
     ink: Color32,
 }
 
 impl Technique {
-    fn new(index: &'static str, ink: Color32) -> Self {
-        Self { index, ink }
+    /// The light technique's and the BSDF technique's.
+    pub fn both(inks: Inks) -> [Self; 2] {
+        [Self { index: "L", ink: inks.light }, Self { index: "B", ink: inks.bsdf }]
     }
 
-    fn p(&self) -> Math {
-        sub("p", self.index, self.ink)
+    /// Its density.
+    pub fn p(&self) -> Math {
+        self.letter("p")
     }
 
-    fn w(&self) -> Math {
-        sub("w", self.index, self.ink)
+    /// The weight of its samples.
+    pub fn w(&self) -> Math {
+        self.letter("w")
+    }
+
+    /// Some letter with its index.
+    pub fn letter(&self, base: &str) -> Math {
+        sub(base, self.index, self.ink)
     }
 }
 
@@ -124,7 +150,7 @@ fn number(value: f64) -> Math {
 }
 
 /// The weight of a light sample. `c` takes part in it in Veach's one-sample model.
-fn weight(heuristic: Heuristic, light: &Technique, bsdf: &Technique, c: Option<f64>) -> Math {
+pub fn weight(heuristic: Heuristic, light: &Technique, bsdf: &Technique, c: Option<f64>) -> Math {
     let term = |p: Math, c: Option<f64>| match c {
         Some(c) => row([number(c), p]),
         None => p,

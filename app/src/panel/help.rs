@@ -1,9 +1,9 @@
 //! The key sheet.
 
-use eframe::egui::{self, Grid, Id, Modal, RichText};
+use eframe::egui::{self, Grid, Id, Modal, RichText, ScrollArea};
 
 use crate::look::theme::medium;
-use crate::panel::widgets::title;
+use crate::panel::widgets::{sheet_type, title};
 use crate::state::keys::bindings;
 
 /// The sheet. Returns false when it is done with.
@@ -11,26 +11,33 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
     let bindings = bindings();
     let columns = [["Strategy", "Rendering", "Edit"].as_slice(), ["View"].as_slice(), ["File", "Window"].as_slice()];
     let modal = Modal::new(Id::unique("keys")).show(ctx, |ui| {
+        sheet_type(ui);
         ui.heading("Keys");
-        ui.horizontal_top(|ui| {
-            for (index, groups) in columns.into_iter().enumerate() {
-                if index > 0 {
-                    ui.add_space(24.0);
-                }
-                ui.vertical(|ui| {
-                    for group in groups {
-                        title(ui, group);
-                        Grid::new(*group).num_columns(2).min_col_width(88.0).spacing([16.0, 4.0]).show(ui, |ui| {
-                            ui.spacing_mut().interact_size.y = 0.0;
-                            for action in bindings.iter().filter(|a| a.group == *group) {
-                                ui.label(RichText::new(action.keys).family(medium()));
-                                ui.label(&action.name);
-                                ui.end_row();
-                            }
-                        });
+        // The sheet scrolls where it must; its button is always in reach.
+        let room = ctx.content_rect().size() - egui::vec2(80.0, 190.0);
+        ui.set_max_width(room.x);
+        let scroll = ScrollArea::both().max_height(room.y).max_width(room.x).auto_shrink(true);
+        scroll.show(ui, |ui| {
+            ui.horizontal_top(|ui| {
+                for (index, groups) in columns.into_iter().enumerate() {
+                    if index > 0 {
+                        ui.add_space(24.0);
                     }
-                });
-            }
+                    ui.vertical(|ui| {
+                        for group in groups {
+                            title(ui, group);
+                            Grid::new(*group).num_columns(2).min_col_width(88.0).spacing([16.0, 4.0]).show(ui, |ui| {
+                                ui.spacing_mut().interact_size.y = 0.0;
+                                for action in bindings.iter().filter(|a| a.group == *group) {
+                                    ui.label(RichText::new(action.keys).family(medium()));
+                                    ui.label(&action.name);
+                                    ui.end_row();
+                                }
+                            });
+                        }
+                    });
+                }
+            })
         });
         ui.add_space(8.0);
         ui.label("Double-click a slider or a label: back to its default.");

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Color32, FontId, Galley, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2, vec2};
+use eframe::egui::{self, Color32, FontId, Galley, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2, vec2};
 
 /// A piece of a formula.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +67,23 @@ impl Math {
             Self::Gap(_) => " ".into(),
             Self::Small(inner) => inner.plain(),
         }
+    }
+
+    /// Shows it as a widget in type of that size, smaller if the column is narrower.
+    pub fn show(&self, ui: &mut Ui, size: f32) -> egui::Response {
+        let color = ui.visuals().text_color();
+        let laid = self.fitted(ui.painter(), size, ui.available_width(), color);
+        let (rect, response) = ui.allocate_exact_size(laid.size(), Sense::hover());
+        laid.paint(ui.painter(), rect.min);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, self.plain()));
+        response
+    }
+
+    /// Lays it out with type of that size, smaller if it would be wider than `width`.
+    pub fn fitted(&self, painter: &Painter, size: f32, width: f32, color: Color32) -> Laid {
+        let laid = self.layout(painter, size, color);
+        let fit = width / laid.size().x;
+        if fit < 1.0 { self.layout(painter, size * fit, color) } else { laid }
     }
 
     /// Lays it out with type of that size.

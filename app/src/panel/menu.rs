@@ -4,13 +4,15 @@ use eframe::egui::{Button, Ui};
 
 use super::open::choices_ui;
 use crate::look::theme::GRID;
+use crate::look::zoom::ZoomStep;
 use crate::state::command::Command;
-use crate::state::history::History;
+use crate::state::document::Document;
+use crate::state::history::{EditKey, History};
 use crate::state::keys::{THEMES, bindings};
 use crate::state::prefs::Prefs;
 
 /// The menu button.
-pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, history: &History, out: &mut Vec<Command>) {
+pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, document: &Document, history: &History, out: &mut Vec<Command>) {
     ui.menu_button("Menu", |ui| {
         ui.set_min_width(300.0);
         let entry = |ui: &mut Ui, name: &str, command: Command, enabled: bool, out: &mut Vec<Command>| {
@@ -32,12 +34,16 @@ pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, history: &History, out: &mut Vec<Comm
         entry(ui, "Save a snapshot", Command::Save, true, out);
         entry(ui, "Copy the picture", Command::CopyPicture, true, out);
         ui.separator();
-        entry(ui, "Undo", Command::Undo, history.can_undo(), out);
-        entry(ui, "Redo", Command::Redo, history.can_redo(), out);
+        let named = |verb: &str, key: Option<EditKey>| {
+            key.map_or_else(|| verb.to_owned(), |key| format!("{verb}: {}", key.words(document)))
+        };
+        entry(ui, &named("Undo", history.next_undo()), Command::Undo, history.next_undo().is_some(), out);
+        entry(ui, &named("Redo", history.next_redo()), Command::Redo, history.next_redo().is_some(), out);
         ui.separator();
         entry(ui, "The tutorial's table \u{2026}", Command::ToggleTable, true, out);
         ui.separator();
         entry(ui, "Fit the picture", Command::Fit, true, out);
+        entry(ui, "Fit plates and lights", Command::FitThings, true, out);
         entry(ui, "100 %: one pixel to one", Command::ActualSize, true, out);
         let name = if prefs.panels { "Projector view" } else { "Leave the projector view" };
         entry(ui, name, Command::TogglePanels, true, out);
@@ -48,6 +54,20 @@ pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, history: &History, out: &mut Vec<Comm
         entry(ui, "Full screen", Command::ToggleFullScreen, true, out);
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = GRID;
+            ui.label("Interface");
+            for (name, step) in [("\u{2212}", ZoomStep::Smaller), ("+", ZoomStep::Larger)] {
+                if ui.button(name).accessible_name(format!("Interface {step:?}")).clicked() {
+                    out.push(Command::ZoomInterface(step));
+                }
+            }
+            let percent = format!("{:.0} %", 100.0 * prefs.zoom);
+            if ui.button(percent).accessible_name("Interface at 100 %").clicked() {
+                out.push(Command::ZoomInterface(ZoomStep::Reset));
+            }
+        });
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = GRID;
+            ui.label("Theme");
             for (name, theme) in THEMES {
                 if ui.add(Button::selectable(prefs.theme == theme, name)).clicked() {
                     out.push(Command::SetTheme(theme));

@@ -2,11 +2,14 @@
 
 pub mod caption;
 pub mod display;
+pub mod explain;
 pub mod formula;
 pub mod help;
+pub mod hint;
 pub mod math;
 pub mod menu;
 pub mod messages;
+pub mod number;
 pub mod open;
 pub mod palette;
 pub mod sampling;
@@ -16,4 +19,5 @@ pub mod status;
 pub mod strategy;
 pub mod table;
 pub mod table_job;
+pub mod warnings;
 pub mod widgets;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use eframe::egui::{self, Id, Key, Modal, TextEdit, Ui};
 
 use crate::look::theme::GRID;
-use crate::panel::widgets::{caption, title};
+use crate::panel::hint::Hint as _;
+use crate::panel::widgets::{caption, sheet_type, title};
 use crate::state::command::{Command, Shipped};
 use crate::state::paths::{short_name, typed};
 
@@ -22,7 +23,8 @@ pub struct OpenSheet {
 pub fn open_ui(ctx: &egui::Context, sheet: &mut OpenSheet, recent: &[PathBuf], out: &mut Vec<Command>) -> bool {
     let mut open = true;
     let modal = Modal::new(Id::unique("open sheet")).show(ctx, |ui| {
-        ui.set_width(560.0);
+        sheet_type(ui);
+        ui.set_width(560.0_f32.min(ctx.content_rect().width() - 40.0));
         ui.heading("Open a scene or a snapshot");
         if !sheet.remark.is_empty() {
             caption(ui, sheet.remark);
@@ -59,7 +61,7 @@ pub fn choices_ui(ui: &mut Ui, recent: &[PathBuf], out: &mut Vec<Command>) -> bo
     if !recent.is_empty() {
         title(ui, "Recent");
         for path in recent {
-            if ui.button(short_name(path)).on_hover_text(path.display().to_string()).clicked() {
+            if ui.button(short_name(path)).hint(path.display().to_string()).clicked() {
                 out.push(Command::OpenPath(path.clone()));
                 chosen = true;
             }

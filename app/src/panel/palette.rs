@@ -3,6 +3,7 @@
 use eframe::egui::{self, Align2, Id, Key, Modal, Modifiers, ScrollArea, TextEdit, TextStyle, vec2};
 
 use crate::look::theme::GRID;
+use crate::panel::widgets::sheet_type;
 use crate::state::command::Command;
 use crate::state::keys::{Action, actions};
 
@@ -18,7 +19,8 @@ pub fn palette_ui(ctx: &egui::Context, palette: &mut Palette, out: &mut Vec<Comm
     let mut chosen: Option<Command> = None;
     let area = Modal::default_area(Id::unique("palette")).anchor(Align2::CENTER_TOP, vec2(0.0, 80.0));
     let modal = Modal::new(Id::unique("palette")).area(area).show(ctx, |ui| {
-        ui.set_width(520.0);
+        sheet_type(ui);
+        ui.set_width(520.0_f32.min(ctx.content_rect().width() - 40.0));
         let (down, up, enter) = ui.input_mut(|i| {
             (
                 i.count_and_consume_key(Modifiers::NONE, Key::ArrowDown),
@@ -35,7 +37,8 @@ pub fn palette_ui(ctx: &egui::Context, palette: &mut Palette, out: &mut Vec<Comm
         }
         palette.marked = (palette.marked + down).saturating_sub(up).min(found.len().saturating_sub(1));
         ui.add_space(GRID);
-        ScrollArea::vertical().max_height(420.0).auto_shrink([false, true]).show(ui, |ui| {
+        let height = (ctx.content_rect().height() - 200.0).clamp(80.0, 420.0);
+        ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
             for (index, action) in found.iter().enumerate() {
                 let on = index == palette.marked;
                 let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 30.0), egui::Sense::click());

@@ -1,10 +1,15 @@
 //! How the picture is sampled: weights, pattern, number, seed, pace.
 
+use std::cell::Cell;
+
 use eframe::egui::{self, ComboBox, DragValue, Ui};
 use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Sampling, Strategy};
 
 use crate::look::names::{heuristic_name, sampler_name, weights_name};
 use crate::look::theme::GRID;
+use crate::panel::explain;
+use crate::panel::hint::{self, Hint as _};
+use crate::panel::number::{self, Kind};
 use crate::panel::widgets::{labelled, segmented, title, wide_button};
 use crate::state::command::Command;
 use crate::state::edit::{Edit, SppTarget};
@@ -17,34 +22,28 @@ const LABEL: f32 = 68.0;
 pub fn weights_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
     title(ui, "Weights");
     let weighted = matches!(estimator.strategy, Strategy::MisAll | Strategy::Mis);
-    let heuristics: Vec<(Heuristic, &str, &str)> =
-        Heuristic::ALL.into_iter().map(|h| (h, heuristic_name(h), heuristic_hint(h))).collect();
-    if let Some(h) = segmented(ui, "Heuristic", estimator.heuristic, &heuristics, weighted) {
-        out.push(Edit::SetHeuristic(h).into());
-    }
-    let weights: Vec<(OneSampleWeights, &str, &str)> =
-        OneSampleWeights::ALL.into_iter().map(|w| (w, weights_name(w), weights_hint(w))).collect();
+    let heuristics = Heuristic::ALL.map(|h| (h, heuristic_name(h)));
+    let picked = segmented(ui, "Heuristic", estimator.heuristic, &heuristics, weighted, &explain::heuristic);
+    out.extend(picked.map(|h| Edit::SetHeuristic(h).into()));
+    let weights = OneSampleWeights::ALL.map(|w| (w, weights_name(w)));
     let one_sample = estimator.strategy == Strategy::Mis;
-    if let Some(w) = segmented(ui, "One-sample weights", estimator.weights, &weights, one_sample) {
-        out.push(Edit::SetWeights(w).into());
-    }
+    let picked = segmented(ui, "One-sample weights", estimator.weights, &weights, one_sample, &weights_hint);
+    out.extend(picked.map(|w| Edit::SetWeights(w).into()));
 }
 
 /// Pattern, number and seed of the samples.
 pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &mut Vec<Command>) {
     title(ui, "Samples");
-    let samplers: Vec<(SamplerKind, &str, &str)> =
-        SamplerKind::ALL.into_iter().map(|s| (s, sampler_name(s), sampler_hint(s))).collect();
-    if let Some(kind) = segmented(ui, "Sampler", sampling.sampler.kind, &samplers, true) {
-        out.push(Edit::SetSampler(kind).into());
-    }
+    let samplers = SamplerKind::ALL.map(|s| (s, sampler_name(s)));
+    let picked = segmented(ui, "Sampler", sampling.sampler.kind, &samplers, true, &sampler_hint);
+    out.extend(picked.map(|kind| Edit::SetSampler(kind).into()));
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
         spp_combo(ui, sampling, out);
         let stratified = sampling.sampler.kind == SamplerKind::Stratified;
         let mut jitter = sampling.sampler.jitter;
         let response = ui
             .add_enabled(stratified, egui::Checkbox::new(&mut jitter, "jitter"))
-            .on_hover_text("A random position in each stratum; off: its centre (biased).");
+            .hint("A random position in each stratum; off: its centre (biased). In a scene file: \"bool jitter\"");
         if response.changed() {
             out.push(Edit::SetJitter(jitter).into());
         }
@@ -56,12 +55,19 @@ pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &m
         let mut seed = sampling.seed;
         let width = 2.0 * LABEL;
         let height = ui.spacing().interact_size.y;
-        let field = DragValue::new(&mut seed).speed(0.1).update_while_editing(false);
+        let refused = Cell::new(None);
+        let parse = number::parser(seed.to_string(), f64::from(seed), "", Kind::Whole, &refused);
+        let field = DragValue::new(&mut seed).speed(0.1).custom_parser(parse).update_while_editing(false);
         let response = ui.add_sized([width, height], field).accessible_name("Seed");
+        if let Some(text) = refused.take() {
+            number::refuse(ui.ctx(), &text);
+        }
+        let response =
+            response.hint("Where all random numbers start: the same seed gives the same noise, to the last bit.");
         if response.changed() {
             out.push(Edit::SetSeed(seed).into());
         }
-        if wide_button(ui, "next", ui.available_width()).on_hover_text("The same picture with other noise.").clicked() {
+        if wide_button(ui, "next", ui.available_width()).hint("The same picture with other noise.").clicked() {
             out.push(Edit::SetSeed(seed.wrapping_add(1)).into());
         }
     });
@@ -76,15 +82,14 @@ pub fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GRID;
         let width = (ui.available_width() - 2.0 * GRID) / 3.0;
-        let (pause, hint) = if pacing.paused { ("Go on", "Space") } else { ("Pause", "Space") };
-        if wide_button(ui, pause, width).on_hover_text(hint).clicked() {
+        let pause = if pacing.paused { "Go on" } else { "Pause" };
+        if wide_button(ui, pause, width).hint("Hold the picture as it is, or go on. (Space)").clicked() {
             out.push(Command::TogglePause);
         }
-        if wide_button(ui, "One pass", width).on_hover_text("One more sample for every pixel, then hold. (S)").clicked()
-        {
+        if wide_button(ui, "One pass", width).hint("One more sample for every pixel, then hold. (S)").clicked() {
             out.push(Command::Step);
         }
-        if wide_button(ui, "Restart", width).on_hover_text("Again from the first sample. (Backspace)").clicked() {
+        if wide_button(ui, "Restart", width).hint("Again from the first sample. (Backspace)").clicked() {
             out.push(Command::Restart);
         }
     });
@@ -92,18 +97,31 @@ pub fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
         let field = 96.0;
         let height = ui.spacing().interact_size.y;
         ui.allocate_ui(egui::vec2(ui.available_width() - field - 2.0 * GRID, height), |ui| {
-            let choices =
-                [(true, "Full speed", "As fast as the machine goes."), (false, "Slowly", "Slow enough to watch.")];
-            if let Some(full) = segmented(ui, "Pace", pacing.rate.is_none(), &choices, true) {
-                out.push(Command::SetRate(if full { None } else { Some(pacing.last_rate) }));
-            }
+            let choices = [(true, "Full speed"), (false, "Slowly")];
+            let hint = |ui: &mut Ui, full| {
+                ui.label(if full { "As fast as the machine goes." } else { "Slow enough to watch." });
+            };
+            let picked = segmented(ui, "Pace", pacing.rate.is_none(), &choices, true, &hint);
+            out.extend(picked.map(|full| Command::SetRate(if full { None } else { Some(pacing.last_rate) })));
         });
         let mut rate = pacing.last_rate;
-        let number = DragValue::new(&mut rate).range(0.1..=1000.0).speed(0.05).max_decimals(1).suffix(" / s");
+        let refused = Cell::new(None);
+        let parse = number::parser(number::three_digits(rate.into()), f64::from(rate), "/ s", Kind::Real, &refused);
+        let field = DragValue::new(&mut rate)
+            .range(0.1..=1000.0)
+            .speed(0.05)
+            .suffix(" / s")
+            .custom_formatter(|v, _| number::three_digits(v))
+            .custom_parser(parse)
+            .update_while_editing(false);
         if pacing.rate.is_none() {
             ui.disable();
         }
-        let response = ui.add_sized([ui.available_width(), height], number).accessible_name("Passes per second");
+        let response = ui.add_sized([ui.available_width(), height], field).accessible_name("Passes per second");
+        if let Some(text) = refused.take() {
+            number::refuse(ui.ctx(), &text);
+        }
+        let response = response.hint("Passes over the picture per second, one sample per pixel each.");
         if response.changed() {
             out.push(Command::SetRate(Some(rate)));
         }
@@ -131,7 +149,8 @@ fn spp_combo(ui: &mut Ui, sampling: &Sampling, out: &mut Vec<Command>) {
             }
         })
         .response;
-    response.accessible_name("Samples per pixel");
+    let response = response.accessible_name("Samples per pixel");
+    response.hint("Where the picture stops. In a scene file: \"integer xsamples\" times \"integer ysamples\"; the tutorial has 8 \u{d7} 8 and 6 \u{d7} 6.");
 }
 
 fn spp_text(target: SppTarget, strata: Option<[u32; 2]>) -> String {
@@ -142,28 +161,22 @@ fn spp_text(target: SppTarget, strata: Option<[u32; 2]>) -> String {
     }
 }
 
-fn heuristic_hint(heuristic: Heuristic) -> &'static str {
-    match heuristic {
-        Heuristic::Balance => "Weights in proportion to the densities.",
-        Heuristic::Power => "Weights in proportion to the squared densities.",
-        Heuristic::Cutoff => "Densities below a tenth of the larger are dropped, the rest is balanced.",
-        Heuristic::Maximum => "The technique with the larger density takes all.",
-    }
-}
-
-fn weights_hint(weights: OneSampleWeights) -> &'static str {
-    match weights {
-        OneSampleWeights::Veach => "The densities are compared as c p_L and (1 - c) p_B: the least noise.",
+fn weights_hint(ui: &mut Ui, weights: OneSampleWeights) {
+    let what = match weights {
+        OneSampleWeights::Veach => "The densities are compared as c p_L and (1 \u{2212} c) p_B: the least noise.",
         OneSampleWeights::Tutorial => {
             "c is left out of the weight: the same at c = 1/2, noisier elsewhere, biased at 0 and 1."
         }
-    }
+    };
+    hint::lines(ui, what, &[&format!("In a scene file: \"string weights\" [\"{}\"]", weights.name())]);
 }
 
-fn sampler_hint(kind: SamplerKind) -> &'static str {
-    match kind {
-        SamplerKind::Stratified => "One sample in each cell of a grid, in a random order per pixel.",
-        SamplerKind::Independent => "Every sample independent of the others.",
-        SamplerKind::Sobol => "Owen-scrambled Sobol points.",
-    }
+fn sampler_hint(ui: &mut Ui, kind: SamplerKind) {
+    let (what, file) = match kind {
+        SamplerKind::Stratified => ("One sample in each cell of a grid, in a random order per pixel.", "stratified"),
+        SamplerKind::Independent => ("Every sample independent of the others.", "random"),
+        SamplerKind::Sobol => ("Owen-scrambled Sobol points.", "sobol"),
+    };
+    let remark = format!("In a scene file: Sampler \"{file}\"; on the command line: {}", kind.name());
+    hint::lines(ui, what, &[&remark]);
 }

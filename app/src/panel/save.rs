@@ -3,6 +3,7 @@
 use eframe::egui::{Response, RichText, TextEdit, Ui};
 
 use crate::look::theme::{GRID, Inks};
+use crate::panel::hint::Hint as _;
 use crate::panel::widgets::{labelled, title, wide_button};
 use crate::state::command::Command;
 use crate::state::destination::Destination;
@@ -23,7 +24,7 @@ pub fn save_ui(
     labelled(ui, "Name", label, |ui| {
         let default = Destination::default_name(document, spp);
         let edit = defaulted(ui, &mut destination.name, default, ui.available_width(), "Snapshot name");
-        edit.on_hover_text(
+        edit.hint(
             "Scene, strategy and samples per pixel, unless you type something else. A number is added where a file is \
              already there.",
         );
@@ -38,7 +39,7 @@ pub fn save_ui(
         let default = Destination::default_folder(document).display().to_string();
         let width = ui.available_width() - button - GRID;
         let edit = defaulted(ui, &mut destination.folder, default, width, "Snapshot folder");
-        edit.on_hover_text(format!(
+        edit.hint(format!(
             "{}\nThe scene's own folder, unless you choose another.",
             destination.folder(document).display()
         ));

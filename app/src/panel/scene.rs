@@ -4,6 +4,8 @@ use eframe::egui::{self, Color32, CornerRadius, Rect, Sense, Stroke, TextStyle, 
 use mislab_renderer::Strategy;
 
 use crate::look::theme::{GRID, strategy_fill};
+use crate::panel::explain;
+use crate::panel::hint::Hint as _;
 use crate::panel::widgets::{ParamSlider, Scale, caption, title_with_note};
 use crate::picture::picking::Target;
 use crate::picture::swatch::Swatches;
@@ -43,6 +45,7 @@ pub fn scene_ui(
                 unit: "",
                 accent: None,
                 zero_text: "mirror",
+                explain: &explain::roughness,
             }
             .show(ui);
             if let Some(value) = output.changed {
@@ -71,7 +74,7 @@ pub fn scene_ui(
             let switch = ui
                 .add(egui::Checkbox::without_text(&mut lit))
                 .accessible_name(format!("{} on", light.name))
-                .on_hover_text("On or off");
+                .hint("On or off: only lights that are on are drawn from.");
             if switch.changed() {
                 out.push(Edit::SetLightOn(shape, lit).into());
             }
@@ -95,6 +98,7 @@ pub fn scene_ui(
                 unit: "",
                 accent: Some(strategy_fill(Strategy::Light).0),
                 zero_text: "",
+                explain: &explain::radius,
             }
             .show(ui);
             if let Some(value) = output.changed {
@@ -109,10 +113,7 @@ pub fn scene_ui(
     }
     ui.add_space(GRID);
     let reset = ui.add_enabled(document.is_edited(), egui::Button::new("Reset to the file"));
-    if reset
-        .on_hover_text("Every setting and every edit of the scene. Double-click a slider to reset it alone.")
-        .clicked()
-    {
+    if reset.hint("Every setting and every edit of the scene. Double-click a slider to reset it alone.").clicked() {
         out.push(Edit::ResetScene.into());
     }
     here
@@ -147,6 +148,9 @@ fn swatch(ui: &mut Ui, swatches: &Swatches, target: Target) {
             ui.painter().rect_filled(rect, 3.0, ui.visuals().extreme_bg_color);
         }
     }
+    // White plates on white paper have an edge too.
+    let edge = Stroke::new(1.0, ui.visuals().weak_text_color().gamma_multiply(0.6));
+    ui.painter().rect_stroke(rect, 3.0, edge, egui::StrokeKind::Inside);
 }
 
 /// A dot of the light's size, filled while it is on.

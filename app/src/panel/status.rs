@@ -2,12 +2,15 @@
 
 use std::num::NonZeroU32;
 
-use eframe::egui::{self, ProgressBar, RichText, Ui};
+use eframe::egui::{self, Align2, Color32, ProgressBar, RichText, TextStyle, Ui};
 use mislab_renderer::{Frame, State, Status, simd_level_name};
 
 use crate::look::layer::LayerLook;
-use crate::look::theme::Inks;
-use crate::panel::widgets::{number, si, three_digits};
+use crate::look::theme::{GRID, Inks};
+use crate::panel::hint::Hint as _;
+use crate::panel::number::{seconds, si, three_digits};
+use crate::panel::table_job::Progress;
+use crate::panel::widgets::cell;
 use crate::state::command::Command;
 use crate::state::document::Document;
 
@@ -19,63 +22,171 @@ pub struct Work<'a> {
     pub status: &'a Status,
     /// Worker threads.
     pub threads: usize,
+    /// How far the tutorial's table is, while one is being made.
+    pub table: Option<Progress>,
 }
+
+/// One number or word of the bar.
+struct Field {
+    text: String,
+    /// As wide as it gets.
+    template: String,
+    hint: String,
+    ink: Option<Color32>,
+    /// In a narrow window the highest goes first.
+    rank: u8,
+    /// At the right end.
+    right: bool,
+}
+
+/// Width of the bar of progress.
+const PROGRESS: f32 = 120.0;
 
 /// The bar.
 pub fn status_ui(ui: &mut Ui, work: &Work<'_>, document: &Document, out: &mut Vec<Command>) {
-    let Work { frame, status, threads } = *work;
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        let save = ui.button("Save EXR").hint("Writes the picture with all layers and settings. (Ctrl+S)");
+        if save.clicked() {
+            out.push(Command::Save);
+        }
+        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            if let Some(progress) = &work.table {
+                table_ui(ui, progress, out);
+                return;
+            }
+            let mut fields = fields(ui, work, document);
+            fit(ui, &mut fields);
+            let (right, left): (Vec<&Field>, Vec<&Field>) = fields.iter().partition(|field| field.right);
+            for (index, field) in left.into_iter().enumerate() {
+                field_ui(ui, field, Align2::RIGHT_CENTER);
+                if index == 0 {
+                    let spp = work.frame.map_or(0, Frame::spp);
+                    progress_ui(ui, spp, document.sampling.spp, work.status);
+                }
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                for field in right {
+                    field_ui(ui, field, Align2::LEFT_CENTER);
+                }
+            });
+        });
+    });
+}
+
+/// Everything there is to say, from left to right; those at the right end from right to left.
+fn fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
+    let Work { frame, status, threads, .. } = *work;
     let (sampling, view) = (&document.sampling, &document.view);
     let spp = frame.map_or(0, Frame::spp);
     let stats = frame.map(Frame::stats);
     let target = sampling.spp.map_or("\u{221e}".into(), |n| n.to_string());
     // As wide as the target, or as an hour of endless passes.
     let widest = "8".repeat(if sampling.spp.is_some() { target.len() } else { 6 });
-    number(ui, &format!("{spp} / {target} spp"), &format!("{widest} / {target} spp"), None);
-    progress(ui, spp, sampling.spp, status);
-    let paths = stats.map_or(0.0, |s| s.paths as f64);
-    number(ui, &format!("{} paths", si(paths)), "888.8 M paths", None);
-    let rate = stats.map_or(0.0, |s| s.mpaths_per_second());
-    number(ui, &format!("{} Mpaths/s", three_digits(rate)), "8888 Mpaths/s", None);
-    let time = stats.map_or(0.0, |s| s.render_seconds);
-    number(ui, &crate::panel::widgets::seconds(time), "88:88 min", None);
-    let invalid = stats.map_or(0, |s| s.invalid_samples);
     let wrong = Inks::of(ui.visuals()).wrong;
+    let number = |text: String, template: &str, rank, hint: &str| Field {
+        text,
+        template: template.into(),
+        hint: hint.into(),
+        ink: None,
+        rank,
+        right: false,
+    };
+    let mut fields = vec![number(
+        format!("{spp} / {target} spp"),
+        &format!("{widest} / {target} spp"),
+        0,
+        "Samples per pixel so far, and where the picture stops. The tutorial: xsamples times ysamples.",
+    )];
+    let invalid = stats.map_or(0, |s| s.invalid_samples);
     if invalid > 0 {
-        let text = RichText::new(format!("{} invalid samples", si(invalid as f64))).color(wrong);
-        ui.label(text).on_hover_text("Samples that were not a finite number. They were left out of the picture.");
+        let hint = "Samples that were not a finite number. They were left out of the picture.";
+        let text = format!("{} invalid samples", si(invalid as f64));
+        fields.push(Field { ink: Some(wrong), ..number(text, "", 1, hint) });
     }
     if status.worker_panics > 0 {
-        let text = RichText::new(format!("{} passes redone", status.worker_panics)).color(wrong);
-        ui.label(text).on_hover_text(status.error.clone().unwrap_or_default());
+        let text = format!("{} passes redone", status.worker_panics);
+        fields.push(Field { ink: Some(wrong), ..number(text, "", 1, status.error.as_deref().unwrap_or_default()) });
     }
-    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-        if ui.button("Save EXR").on_hover_text("Ctrl+S").clicked() {
-            out.push(Command::Save);
-        }
-        // In a narrow window the less important goes first.
-        if ui.available_width() > 330.0 {
-            let text = format!("{} \u{d7} {threads}", simd_level_name());
-            ui.label(text).on_hover_text("Vector unit and worker threads");
-            ui.separator();
-        }
-        if ui.available_width() < 190.0 {
-            return;
-        }
-        if LayerLook::of(document.active().layer).is_colour() {
-            ui.label(view.tone_map.name());
-            number(ui, &format!("EV {:+.1}", view.exposure_ev), "EV +88.8", None);
-            if view.offset != 0.0 {
-                ui.label(format!("offset {:+.2}", view.offset));
-            }
-        } else {
-            ui.label("false colour");
-        }
-        ui.label(format!("seed {}", sampling.seed));
-    });
+    fields.extend([
+        number(
+            format!("{} paths", si(stats.map_or(0.0, |s| s.paths as f64))),
+            "88.8 M paths",
+            5,
+            "Camera rays of the whole picture: pixels times samples per pixel.",
+        ),
+        number(
+            format!("{} Mpaths/s", three_digits(stats.map_or(0.0, |s| s.mpaths_per_second()))),
+            "8888 Mpaths/s",
+            7,
+            "Paths in a second, in millions. A path has two segments; strategy 3 draws two second ones.",
+        ),
+        number(
+            seconds(stats.map_or(0.0, |s| s.render_seconds)),
+            "88:88 min",
+            4,
+            "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
+        ),
+    ]);
+    let right =
+        |text: String, template: &str, rank, hint: &str| Field { right: true, ..number(text, template, rank, hint) };
+    fields.push(right(format!("{} \u{d7} {threads}", simd_level_name()), "", 8, "Vector unit and worker threads."));
+    if LayerLook::of(document.active().layer).is_colour() {
+        let hint = "How numbers become light on the screen.";
+        fields.push(right(view.tone_map.name().to_owned(), "Linear", 3, hint));
+        let exposure = "Exposure in stops: the picture times 2^EV.";
+        fields.push(right(format!("EV {:+.1}", view.exposure_ev), "EV +88.8", 2, exposure));
+    } else {
+        fields.push(right("false colour".into(), "", 3, "Colours stand for numbers: see the colour bar."));
+    }
+    let seed = "Where all random numbers start: the same seed gives the same noise.";
+    fields.push(right(format!("seed {}", sampling.seed), "", 6, seed));
+    // Last, where nothing stands that it would push.
+    if view.offset != 0.0 && LayerLook::of(document.active().layer).is_colour() {
+        fields.push(right(format!("offset {:+.2}", view.offset), "", 2, "Added after exposure."));
+    }
+    fields
 }
 
-fn progress(ui: &mut Ui, spp: u32, target: Option<NonZeroU32>, status: &Status) {
-    let width = 120.0;
+/// Drops what the bar has no room for, the least important first.
+fn fit(ui: &Ui, fields: &mut Vec<Field>) {
+    let font = TextStyle::Body.resolve(ui.style());
+    let measure = |s: &str| ui.painter().layout_no_wrap(s.to_owned(), font.clone(), Color32::WHITE).size().x;
+    let gap = ui.spacing().item_spacing.x;
+    let width = |field: &Field| measure(&field.text).max(measure(&field.template)) + gap;
+    let room = ui.available_width() - PROGRESS - gap;
+    while fields.iter().map(width).sum::<f32>() > room {
+        let Some(last) = fields.iter().map(|field| field.rank).max().filter(|rank| *rank > 0) else { return };
+        let Some(index) = fields.iter().rposition(|field| field.rank == last) else { return };
+        fields.remove(index);
+    }
+}
+
+fn field_ui(ui: &mut Ui, field: &Field, align: Align2) {
+    let font = TextStyle::Body.resolve(ui.style());
+    cell(ui, &field.text, &field.template, font, field.ink, align).hint(field.hint.as_str());
+}
+
+/// The table that is being made, wherever its window is.
+pub fn table_ui(ui: &mut Ui, progress: &Progress, out: &mut Vec<Command>) {
+    ui.label("Table");
+    let stop = ui.button("Cancel").accessible_name("Stop the table");
+    if stop.hint("Stops the table; the live picture goes on.").clicked() {
+        out.push(Command::StopTable);
+    }
+    let time = seconds(progress.elapsed.as_secs_f64());
+    let font = TextStyle::Body.resolve(ui.style());
+    cell(ui, &time, "88:88 min", font, None, Align2::RIGHT_CENTER);
+    let bar = ProgressBar::new(progress.fraction).desired_width((ui.available_width() - 2.0 * GRID).min(480.0));
+    let text = RichText::new(&progress.step).small().color(ui.visuals().text_color());
+    let fill = ui.visuals().text_color().gamma_multiply(0.35);
+    let height = 0.8 * ui.spacing().interact_size.y;
+    let bar = bar.desired_height(height).fill(fill).corner_radius(2.0).text(text);
+    ui.add(bar)
+        .accessible_name("Progress of the table")
+        .hint("The live picture holds meanwhile: it would spoil the times.");
+}
+
+fn progress_ui(ui: &mut Ui, spp: u32, target: Option<NonZeroU32>, status: &Status) {
     let text = match status.state {
         State::Paused => "paused",
         State::Building => "building",
@@ -91,7 +202,7 @@ fn progress(ui: &mut Ui, spp: u32, target: Option<NonZeroU32>, status: &Status) 
     // Faint enough for the words on it.
     let fill = ui.visuals().text_color().gamma_multiply(0.35);
     let height = 0.7 * ui.spacing().interact_size.y;
-    let bar = ProgressBar::new(fraction.clamp(0.0, 1.0)).desired_width(width).desired_height(height).fill(fill);
+    let bar = ProgressBar::new(fraction.clamp(0.0, 1.0)).desired_width(PROGRESS).desired_height(height).fill(fill);
     let bar = bar.corner_radius(2.0).text(RichText::new(text).small().color(ui.visuals().text_color()));
-    ui.add(bar).accessible_name("Progress");
+    ui.add(bar).accessible_name("Progress").hint("How much of the picture's samples is there.");
 }

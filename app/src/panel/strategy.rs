@@ -1,73 +1,82 @@
-//! The strategy bar: big, always there.
+//! The strategies, big, always there, and c.
 
-use eframe::egui::{self, Align2, FontId, Sense, Stroke, StrokeKind, TextStyle, Ui, vec2};
+use eframe::egui::{self, Align2, FontId, Sense, TextStyle, Ui, Vec2, vec2};
 use mislab_renderer::{Estimator, Strategy};
 
-use crate::look::names::{strategy_description, strategy_name};
-use crate::look::theme::{GRID, Inks, TypeScale, medium, strategy_fill};
-use crate::panel::widgets::{ParamSlider, Scale};
+use crate::look::names::strategy_name;
+use crate::look::theme::{GRID, Inks, medium, strategy_fill};
+use crate::panel::explain;
+use crate::panel::hint::Hint as _;
+use crate::panel::widgets::{ParamSlider, Scale, focus_ring};
 use crate::state::command::Command;
 use crate::state::edit::Edit;
 
-/// Four buttons in the strategies' colours, then c.
-pub fn bar_ui(ui: &mut Ui, estimator: &Estimator, default_c: f32, scale: TypeScale, out: &mut Vec<Command>) {
+/// Four buttons in the strategies' colours in a row, each as wide as its name.
+pub fn row_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
-        if strategy_button(ui, index + 1, strategy, estimator.strategy == strategy) {
+        let body = TextStyle::Body.resolve(ui.style()).size;
+        let font = name_font(ui);
+        let width = ui.painter().layout_no_wrap(strategy_name(strategy).into(), font, egui::Color32::WHITE).size().x;
+        let size = vec2(width + 3.4 * body, ui.available_height().min(2.6 * body));
+        if button(ui, size, index + 1, strategy, estimator) {
             out.push(Edit::SetStrategy(strategy).into());
         }
     }
-    ui.add_space(2.0 * GRID);
-    // The menu needs its place at the right end.
-    let room = ui.available_width() - 110.0;
-    if room < 140.0 {
-        return;
+}
+
+/// The same in two rows over the width of a column.
+pub fn square_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
+    let size = vec2(0.5 * (ui.available_width() - 2.0 * GRID), 2.4 * TextStyle::Body.resolve(ui.style()).size);
+    for (row, pair) in Strategy::ALL.chunks(2).enumerate() {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 2.0 * GRID;
+            for (column, strategy) in pair.iter().enumerate() {
+                if button(ui, size, 2 * row + column + 1, *strategy, estimator) {
+                    out.push(Edit::SetStrategy(*strategy).into());
+                }
+            }
+        });
     }
+}
+
+/// c, over the width given.
+pub fn light_prob_ui(ui: &mut Ui, estimator: &Estimator, default: f32, width: f32, out: &mut Vec<Command>) {
     let matters = estimator.strategy == Strategy::Mis;
-    let width: f32 = match scale {
-        TypeScale::Desk => 300.0,
-        TypeScale::Hall => 460.0,
-    };
-    let inner = ui.allocate_ui_with_layout(
-        vec2(width.min(room), ui.spacing().interact_size.y),
-        egui::Layout::left_to_right(egui::Align::Center),
-        |ui| {
-            ui.add_enabled_ui(matters, |ui| {
-                let edit = ParamSlider {
-                    name: "c",
-                    label_width: if scale == TypeScale::Hall { 28.0 } else { 16.0 },
-                    value: f64::from(estimator.light_prob),
-                    default: f64::from(default_c),
-                    range: 0.0..=1.0,
-                    scale: Scale::Linear(2),
-                    template: "0.00",
-                    unit: "",
-                    accent: Some(strategy_fill(Strategy::Light).0),
-                    zero_text: "",
-                }
-                .show(ui);
-                if let Some(c) = edit.changed {
-                    out.push(Edit::SetLightProb(c as f32).into());
-                }
-            });
-        },
-    );
-    inner.response.on_hover_text(if matters {
-        "Probability of drawing the direction from the lights."
-    } else {
-        "Probability of drawing from the lights: takes part in strategy 4 only."
+    let height = ui.spacing().interact_size.y;
+    let layout = egui::Layout::left_to_right(egui::Align::Center);
+    ui.allocate_ui_with_layout(vec2(width, height), layout, |ui| {
+        ui.add_enabled_ui(matters, |ui| {
+            let edit = ParamSlider {
+                name: "c",
+                label_width: TextStyle::Body.resolve(ui.style()).size,
+                value: f64::from(estimator.light_prob),
+                default: f64::from(default),
+                range: 0.0..=1.0,
+                scale: Scale::Linear(2),
+                template: "0.00",
+                unit: "",
+                accent: Some(strategy_fill(Strategy::Light).0),
+                zero_text: "",
+                explain: &|ui| explain::light_prob(ui, matters),
+            }
+            .show(ui);
+            if let Some(c) = edit.changed {
+                out.push(Edit::SetLightProb(c as f32).into());
+            }
+        });
     });
 }
 
-fn strategy_button(ui: &mut Ui, key: usize, strategy: Strategy, on: bool) -> bool {
+fn name_font(ui: &Ui) -> FontId {
+    FontId::new(TextStyle::Body.resolve(ui.style()).size * 1.12, medium())
+}
+
+/// Its key, its name, and the word for it in scene files. Returns whether it was clicked.
+fn button(ui: &mut Ui, size: Vec2, key: usize, strategy: Strategy, estimator: &Estimator) -> bool {
+    let on = estimator.strategy == strategy;
     let inks = Inks::of(ui.visuals());
     let body = TextStyle::Body.resolve(ui.style()).size;
-    let font = FontId::new(body * 1.12, medium());
-    let key_font = FontId::proportional(body);
     let name = strategy_name(strategy);
-    let painter = ui.painter();
-    let text_width = painter.layout_no_wrap(name.into(), font.clone(), egui::Color32::WHITE).size().x;
-    let height = ui.available_height().min(2.5 * body);
-    let size = vec2(text_width + 3.4 * body, height);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let (fill, on_fill) = strategy_fill(strategy);
     let (fill, ink) = if on {
@@ -85,14 +94,12 @@ fn strategy_button(ui: &mut Ui, key: usize, strategy: Strategy, on: bool) -> boo
         let corners = egui::CornerRadius { nw: 0, ne: 0, sw: 6, se: 6 };
         painter.rect_filled(edge, corners, inks.strategy(strategy));
     }
-    if response.has_focus() {
-        painter.rect_stroke(rect, 6.0, Stroke::new(2.0, ui.visuals().text_color()), StrokeKind::Inside);
-    }
-    let key_at = egui::pos2(rect.left() + 0.8 * body, rect.center().y);
-    let key_ink = if on { ink } else { ui.visuals().weak_text_color() };
-    painter.text(key_at, Align2::LEFT_CENTER, key, key_font, key_ink);
-    let name_at = egui::pos2(rect.left() + 2.2 * body, rect.center().y);
-    painter.text(name_at, Align2::LEFT_CENTER, name, font, ink);
+    focus_ring(ui, &response, rect);
+    let quiet = if on { ink } else { ui.visuals().weak_text_color() };
+    let at = |x: f32, y: f32| egui::pos2(rect.left() + x * body, rect.center().y + y * body);
+    painter.text(at(0.8, -0.38), Align2::LEFT_CENTER, key, FontId::proportional(body), quiet);
+    painter.text(at(2.2, -0.38), Align2::LEFT_CENTER, name, name_font(ui), ink);
+    painter.text(at(2.2, 0.58), Align2::LEFT_CENTER, strategy.name(), FontId::proportional(0.75 * body), quiet);
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("{key} {name}")));
-    response.on_hover_text(strategy_description(strategy)).clicked()
+    response.hint_ui(|ui| explain::strategy(ui, estimator, strategy)).clicked()
 }

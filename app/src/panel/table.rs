@@ -4,14 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui::{self, ComboBox, Grid, Id, ProgressBar, RichText, ScrollArea, Ui, Window};
-use mislab_renderer::table::{Cell, LightSize, LobeWidth, Table, TableOptions, TableResult, TutorialRun};
+use mislab_renderer::table::{Cell, LightSize, LobeWidth, Table, TableOptions, TableResult, TutorialRun, with_error};
 use mislab_renderer::{Scene, Strategy};
 
 use crate::files::Files;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks, medium};
-use crate::panel::table_job::TableJob;
-use crate::panel::widgets::{caption, seconds, wide_button, with_error};
+use crate::panel::hint::Hint as _;
+use crate::panel::number::seconds;
+use crate::panel::table_job::{Progress, TableJob};
+use crate::panel::widgets::{caption, sheet_type, wide_button};
 
 /// Everything about the table.
 #[derive(Default)]
@@ -42,11 +44,27 @@ impl TablePanel {
         }
     }
 
+    /// How far the one is that is being made.
+    pub fn progress(&self) -> Option<Progress> {
+        self.job.as_ref().map(TableJob::progress)
+    }
+
+    /// Asks the one that is being made to stop.
+    pub fn cancel(&self) {
+        if let Some(job) = &self.job {
+            job.cancel();
+        }
+    }
+
     /// Stops what is running.
     pub fn stop(&mut self) {
         self.job = None;
     }
 }
+
+/// Around the window, and its title bar, in points.
+const MARGIN: f32 = 20.0;
+const TITLE: f32 = 60.0;
 
 /// The window.
 pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>, folder: &Path, files: &mut Files) {
@@ -56,11 +74,13 @@ pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>,
         .id(Id::unique("table window"))
         .open(&mut open)
         .collapsible(false)
-        .default_width(800.0)
-        .max_size(size - egui::vec2(80.0, 120.0))
+        .default_width(840.0_f32.min(size.x - 2.0 * MARGIN))
+        .max_size(size - egui::vec2(2.0 * MARGIN, 2.0 * MARGIN + TITLE))
+        .constrain_to(ctx.content_rect())
         .pivot(egui::Align2::CENTER_CENTER)
         .default_pos(ctx.content_rect().center())
         .show(ctx, |ui| {
+            sheet_type(ui);
             start_ui(ui, panel, scene);
             match &panel.result {
                 Some(Ok(result)) => {
@@ -129,7 +149,7 @@ fn table_grid(ui: &mut Ui, table: &Table) {
     let strong = |text: &str| RichText::new(text).family(medium());
     ScrollArea::both().auto_shrink([false, true]).show(ui, |ui| {
         Grid::new("tutorial table").num_columns(6).striped(false).spacing([20.0, 6.0]).show(ui, |ui| {
-            for head in ["Strategy", "samples", "time", "relMSE"] {
+            for head in ["Strategy, file", "samples", "time", "relMSE"] {
                 ui.label(strong(head));
             }
             for (_, name) in LOBES {
@@ -140,16 +160,16 @@ fn table_grid(ui: &mut Ui, table: &Table) {
                 for (index, (light, light_name)) in LIGHTS.into_iter().enumerate() {
                     if index == 0 {
                         let ink = Inks::of(ui.visuals()).strategy(row.run.strategy);
-                        ui.label(strong(strategy_name(row.run.strategy)).color(ink)).on_hover_text(row.run.file);
+                        ui.label(strong(strategy_name(row.run.strategy)).color(ink));
                         let [x, y] = row.run.strata;
-                        ui.label(format!("{x} \u{d7} {y}")).on_hover_text(format!("{} paths", row.paths));
-                        ui.label(seconds(row.render_seconds)).on_hover_text(format!(
+                        ui.label(format!("{x} \u{d7} {y}")).hint(format!("{} paths", row.paths));
+                        ui.label(seconds(row.render_seconds)).hint(format!(
                             "{} on {} threads",
                             seconds(row.cpu_seconds),
                             row.threads
                         ));
                     } else {
-                        ui.label("");
+                        caption(ui, row.run.file);
                         ui.label(if row.run.strategy == Strategy::MisAll { "two paths each" } else { "" });
                         ui.label("");
                     }
@@ -186,7 +206,7 @@ fn cell_ui(ui: &mut Ui, cell: &Cell) {
     let cross = if cell.cross { "\u{d7}" } else { "  " };
     let text = match (cell.rel_mse, cell.standard_error) {
         (Some(value), Some(error)) => format!("{cross}  {}", with_error(value, error)),
-        (Some(value), None) => format!("{cross}  {value:.4}"),
+        (Some(value), None) => format!("{cross}  {}", with_error(value, f64::NAN)),
         _ => format!("{cross}  no pixels"),
     };
     let text = RichText::new(text);
@@ -217,7 +237,7 @@ fn export_ui(ui: &mut Ui, result: &TableResult, folder: &Path, files: &mut Files
         save_text(".md", "md", &|| table.to_markdown());
         save_text(".csv", "csv", &|| table.to_csv());
         save_text(".json", "json", &|| table.to_json());
-        if ui.button("the four EXRs").on_hover_text("Under the tutorial's names, over older ones.").clicked() {
+        if ui.button("the four EXRs").hint("Under the tutorial's names, over older ones.").clicked() {
             let names = TutorialRun::ALL.iter().map(|run| run.file);
             files.save_tutorial(folder.to_owned(), names.zip(result.frames.iter().cloned()).collect());
         }

@@ -1,21 +1,26 @@
 //! The few controls that the panels are made of.
 
+use std::cell::Cell;
 use std::ops::RangeInclusive;
 
 use eframe::egui::{
-    self, Align, Align2, Color32, FontId, Layout, Rect, Response, RichText, Sense, Slider, Stroke, TextStyle, Ui,
-    Widget as _, WidgetText, pos2, vec2,
+    self, Align, Align2, Color32, FontId, Layout, Rect, Response, RichText, Sense, Slider, SliderClamping, Stroke,
+    TextStyle, Ui, Widget as _, WidgetText, pos2, vec2,
 };
 
 use crate::look::theme::{GRID, medium};
+use crate::panel::hint::Hint as _;
+use crate::panel::number;
 
-/// Text that is right-aligned in a cell as wide as `template`, so that counting does not move it.
-pub fn number(ui: &mut Ui, text: &str, template: &str, color: Option<Color32>) -> Response {
-    let font = TextStyle::Body.resolve(ui.style());
-    cell(ui, text, template, font, color, Align2::RIGHT_CENTER)
+/// A ring around what the keyboard is on.
+pub fn focus_ring(ui: &Ui, response: &Response, rect: Rect) {
+    if response.has_focus() {
+        let stroke = Stroke::new(2.0, ui.visuals().text_color());
+        ui.painter().rect_stroke(rect, 4.0, stroke, egui::StrokeKind::Inside);
+    }
 }
 
-/// Text in a cell at least as wide as `template`.
+/// Text in a cell at least as wide as `template`, so that counting does not move what is beside it.
 pub fn cell(ui: &mut Ui, text: &str, template: &str, font: FontId, color: Option<Color32>, align: Align2) -> Response {
     let measure = |s: &str| ui.painter().layout_no_wrap(s.to_owned(), font.clone(), Color32::WHITE).size();
     let size = measure(template).max(measure(text));
@@ -24,6 +29,16 @@ pub fn cell(ui: &mut Ui, text: &str, template: &str, font: FontId, color: Option
     ui.painter().text(align.pos_in_rect(&rect), align, text, font, color);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, text));
     response
+}
+
+/// Type for what lies over the window, so that all of it fits: in the projector view smaller than around it.
+pub fn sheet_type(ui: &mut Ui) {
+    const LARGEST: f32 = 18.0;
+    for font in ui.style_mut().text_styles.values_mut() {
+        font.size = font.size.min(LARGEST);
+    }
+    let row = ui.spacing().interact_size.y.min(1.6 * LARGEST);
+    ui.spacing_mut().interact_size.y = row;
 }
 
 /// A quiet caption.
@@ -46,26 +61,27 @@ pub fn title_with_note(ui: &mut Ui, text: &str, note: &str) {
     });
 }
 
-/// A row of choices of which one is on, as wide as the column. Returns the one clicked.
+/// A row of choices of which one is on, as wide as the column; `hint` explains one of them. Returns the one clicked.
 pub fn segmented<T: Copy + PartialEq>(
     ui: &mut Ui,
     name: &str,
     current: T,
-    choices: &[(T, &str, &str)],
+    choices: &[(T, &str)],
     enabled: bool,
+    hint: &dyn Fn(&mut Ui, T),
 ) -> Option<T> {
     let mut clicked = None;
     let width = ui.available_width();
     let height = ui.spacing().interact_size.y;
     let font = TextStyle::Body.resolve(ui.style());
     let text_width = |s: &str| ui.painter().layout_no_wrap(s.to_owned(), font.clone(), Color32::WHITE).size().x;
-    let natural: Vec<f32> = choices.iter().map(|(_, label, _)| text_width(label)).collect();
+    let natural: Vec<f32> = choices.iter().map(|(_, label)| text_width(label)).collect();
     let spare = (width - natural.iter().sum::<f32>()) / choices.len() as f32;
     let (outer, _) = ui.allocate_exact_size(vec2(width, height), Sense::hover());
     let track = ui.visuals().widgets.inactive.weak_bg_fill;
     ui.painter().rect_filled(outer, 4.0, if enabled { track } else { track.gamma_multiply(0.5) });
     let mut left = outer.left();
-    for ((value, label, hint), natural) in choices.iter().zip(natural) {
+    for ((value, label), natural) in choices.iter().zip(natural) {
         let rect = Rect::from_min_size(pos2(left, outer.top()), vec2(natural + spare, height));
         left = rect.right();
         let sense = if enabled { Sense::click() } else { Sense::hover() };
@@ -79,17 +95,13 @@ pub fn segmented<T: Copy + PartialEq>(
             let fill = if on { ui.visuals().selection.bg_fill } else { visuals.weak_bg_fill };
             ui.painter().rect_filled(rect.shrink(2.0), 3.0, if enabled { fill } else { fill.gamma_multiply(0.5) });
         }
-        if response.has_focus() {
-            ui.painter().rect_stroke(rect.shrink(2.0), 3.0, visuals.bg_stroke, egui::StrokeKind::Inside);
-        }
+        focus_ring(ui, &response, rect);
         let color = if enabled { visuals.text_color() } else { ui.visuals().weak_text_color().gamma_multiply(0.7) };
         ui.painter().text(rect.center(), Align2::CENTER_CENTER, *label, font.clone(), color);
         if response.clicked() {
             clicked = Some(*value);
         }
-        if !hint.is_empty() {
-            response.on_hover_text(*hint);
-        }
+        response.hint_ui(|ui| hint(ui, *value));
     }
     clicked
 }
@@ -126,6 +138,8 @@ pub struct ParamSlider<'a> {
     pub accent: Option<Color32>,
     /// Shown instead of the number 0.
     pub zero_text: &'a str,
+    /// What it is, in words and formulas: the hint.
+    pub explain: &'a dyn Fn(&mut Ui),
 }
 
 /// What happened to a [`ParamSlider`].
@@ -139,7 +153,7 @@ pub struct SliderOutput {
 impl ParamSlider<'_> {
     /// Shows it in the rest of the row.
     pub fn show(self, ui: &mut Ui) -> SliderOutput {
-        let Self { name, label_width, value, default, range, scale, template, unit, accent, zero_text } = self;
+        let Self { name, label_width, value, default, range, scale, template, unit, accent, zero_text, explain } = self;
         let mut new = value;
         let mut reset = false;
         let mut edited = false;
@@ -163,13 +177,16 @@ impl ParamSlider<'_> {
             if let Some(accent) = accent {
                 ui.visuals_mut().selection.bg_fill = accent;
             }
-            let mut slider = Slider::new(&mut new, range.clone()).show_value(false);
+            // What lies beyond the rail, set by a key or a file, stays.
+            let clamping = SliderClamping::Edits;
+            let mut slider = Slider::new(&mut new, range.clone()).show_value(false).clamping(clamping);
             slider = match scale {
                 Scale::Linear(decimals) => slider.max_decimals(decimals),
                 Scale::Log(smallest) => slider.logarithmic(true).smallest_positive(smallest),
             };
-            let response = slider.ui(ui);
+            let response = slider.ui(ui).on_hover_and_drag_cursor(egui::CursorIcon::ResizeHorizontal);
             let response = response.accessible_name(name);
+            focus_ring(ui, &response, response.rect);
             if value != default {
                 mark_default(ui, response.rect, fraction(default, &range, scale));
             }
@@ -180,31 +197,40 @@ impl ParamSlider<'_> {
             if response.changed() {
                 new = round_significant(new, scale);
             }
+            response.hint_ui(|ui| explain(ui));
 
             let before_field = new;
             let speed = match scale {
                 Scale::Linear(_) => (range.end() - range.start()) / f64::from(rail),
                 Scale::Log(smallest) => new.abs().max(smallest) * 0.01,
             };
-            let number = egui::DragValue::new(&mut new)
+            let text = move |v: f64| {
+                if v == 0.0 && !zero_text.is_empty() { zero_text.to_owned() } else { format_value(v, scale) }
+            };
+            let refused = Cell::new(None);
+            let parse = number::parser(text(new), new, unit, number::Kind::Real, &refused);
+            let field_value = egui::DragValue::new(&mut new)
                 .range(range.clone())
+                .clamp_existing_to_range(false)
                 .speed(speed)
                 .suffix(unit)
-                .custom_formatter(move |v, _| {
-                    if v == 0.0 && !zero_text.is_empty() { zero_text.to_owned() } else { format_value(v, scale) }
-                })
-                .custom_parser(move |s| if s.trim() == zero_text { Some(0.0) } else { s.trim().parse().ok() })
+                .custom_formatter(move |v, _| text(v))
+                .custom_parser(move |s| if s.trim() == zero_text { Some(0.0) } else { parse(s) })
                 .update_while_editing(false);
             let field_height = ui.spacing().interact_size.y;
             let number = ui
                 .allocate_ui_with_layout(vec2(field, field_height), Layout::right_to_left(Align::Center), |ui| {
                     ui.spacing_mut().button_padding.x = 1.5 * GRID;
-                    ui.add_sized(vec2(field, field_height), number)
+                    ui.add_sized(vec2(field, field_height), field_value)
                 })
                 .inner
                 .accessible_name(format!("{name} value"));
+            if let Some(text) = refused.take() {
+                number::refuse(ui.ctx(), &text);
+            }
             hovered |= number.hovered() || number.dragged();
             edited |= number.changed();
+            number.hint(format!("{name}: click to type, drag to change."));
             if new != before_field && !new.is_finite() {
                 new = before_field;
             }
@@ -287,59 +313,13 @@ pub fn wide_button(ui: &mut Ui, text: impl Into<WidgetText>, width: f32) -> Resp
     ui.add_sized(vec2(width, height), egui::Button::new(text.into()))
 }
 
-/// Counts in units a person reads: "82.1 M".
-pub fn si(value: f64) -> String {
-    const UNITS: [(f64, &str); 4] = [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k")];
-    match UNITS.iter().find(|(unit, _)| value.abs() >= 0.9995 * unit) {
-        Some((unit, name)) => format!("{} {name}", three_digits(value / unit)),
-        None => format!("{value:.0}"),
-    }
-}
-
-/// A duration: "0.41 s", "12.3 s", "2:03 min".
-pub fn seconds(seconds: f64) -> String {
-    if seconds < 99.95 {
-        format!("{} s", three_digits(seconds))
-    } else if seconds < 3600.0 {
-        format!("{}:{:02} min", (seconds / 60.0) as u64, (seconds % 60.0) as u64)
-    } else {
-        format!("{}:{:02} h", (seconds / 3600.0) as u64, (seconds / 60.0 % 60.0) as u64)
-    }
-}
-
-/// A measured value and its standard error, both to the error's first digit: "0.0247 ± 0.0002".
-pub fn with_error(value: f64, error: f64) -> String {
-    let decimals = if error > 0.0 { (-error.log10().floor()).clamp(0.0, 7.0) as usize } else { 4 };
-    format!("{value:.decimals$} \u{b1} {error:.decimals$}")
-}
-
-/// Three digits, as many decimals as that leaves.
-pub fn three_digits(value: f64) -> String {
-    let magnitude = value.abs();
-    let decimals = if magnitude < 9.995 {
-        2
-    } else if magnitude < 99.95 {
-        1
-    } else {
-        0
-    };
-    format!("{value:.decimals$}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn numbers_read_as_people_write_them() {
-        assert_eq!(si(82_100_000.0), "82.1 M");
-        assert_eq!(si(999_900.0), "1.00 M");
-        assert_eq!(si(640.0), "640");
-        assert_eq!(seconds(0.4126), "0.41 s");
-        assert_eq!(seconds(123.4), "2:03 min");
         assert_eq!(format_value(0.02, Scale::Log(1e-3)), "0.0200");
-        assert_eq!(with_error(0.02471, 0.00021), "0.0247 \u{b1} 0.0002");
-        assert_eq!(with_error(22.61, 4.9), "23 \u{b1} 5");
         assert_eq!(format_value(0.9, Scale::Log(1e-3)), "0.900");
     }
 

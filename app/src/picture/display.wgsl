@@ -16,7 +16,7 @@ struct Uniforms {
     hatch_frequency: f32,
     stale: f32,
     encoding_target: u32,
-    padding: u32,
+    clipped_from: f32,
     surround: vec4<f32>,
     hatch_a: vec4<f32>,
     hatch_b: vec4<f32>,
@@ -97,11 +97,14 @@ fn table_at(t: f32) -> vec3<f32> {
     return mix(a, b, position - first);
 }
 
-fn hatch_at(at: vec2<f32>) -> vec3<f32> {
+fn stripes(at: vec2<f32>) -> f32 {
     let phase = fract((at.x + at.y) * u.hatch_frequency);
     let across = abs(phase - 0.5) / u.hatch_frequency;
-    let blend = clamp(across - 0.25 / u.hatch_frequency + 0.5, 0.0, 1.0);
-    return mix(u.hatch_a.rgb, u.hatch_b.rgb, blend);
+    return clamp(across - 0.25 / u.hatch_frequency + 0.5, 0.0, 1.0);
+}
+
+fn hatch_at(at: vec2<f32>) -> vec3<f32> {
+    return mix(u.hatch_a.rgb, u.hatch_b.rgb, stripes(at));
 }
 
 fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
@@ -113,7 +116,8 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
         }
         let exposed = rgb * u.gain + u.offset;
         let map = by.tone_map;
-        return vec3<f32>(tone_map(exposed.r, map), tone_map(exposed.g, map), tone_map(exposed.b, map));
+        let mapped = vec3<f32>(tone_map(exposed.r, map), tone_map(exposed.g, map), tone_map(exposed.b, map));
+        return select(mapped, mapped * stripes(at), any(exposed > vec3<f32>(u.clipped_from)));
     }
     if is_nan(v) {
         return hatch_at(at);

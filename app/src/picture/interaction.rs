@@ -71,7 +71,8 @@ impl Interaction {
         self.dragged_light = Some(shape);
         let handle = Rect::from_center_size(pointer, Vec2::splat(2.0 * RIM)).intersect(viewport);
         let response = ui.interact(handle, id, Sense::click_and_drag());
-        let response = response.on_hover_and_drag_cursor(egui::CursorIcon::ResizeHorizontal);
+        let across = rim(&finder, place, shape).map_or(Vec2::X, |rim| pointer - rim.middle);
+        let response = response.on_hover_and_drag_cursor(resize_cursor(across));
         let original = Document::radius(&place.document.opened.scene, shape);
         if response.double_clicked()
             && let Some(original) = original
@@ -107,6 +108,17 @@ fn rim(finder: &Finder<'_>, place: &Place<'_>, shape: usize) -> Option<Rim> {
     Some(Rim { middle: min + 0.5 * (max - min), on_screen: 0.25 * (max.x - min.x + max.y - min.y), radius })
 }
 
+/// The arrows along `direction` on screen.
+fn resize_cursor(direction: Vec2) -> egui::CursorIcon {
+    // Eighths of a turn, those opposite to each other alike.
+    match (direction.angle() / std::f32::consts::FRAC_PI_4).round().rem_euclid(4.0) as u32 {
+        0 => egui::CursorIcon::ResizeHorizontal,
+        1 => egui::CursorIcon::ResizeNwSe,
+        2 => egui::CursorIcon::ResizeVertical,
+        _ => egui::CursorIcon::ResizeNeSw,
+    }
+}
+
 fn outline(ui: &Ui, place: &Place<'_>, target: Target) {
     let painter = ui.painter_at(place.geometry.viewport);
     let finder = place.finder();
@@ -116,5 +128,20 @@ fn outline(ui: &Ui, place: &Place<'_>, target: Target) {
             painter.line_segment(line, Stroke::new(4.0, Color32::from_black_alpha(150)));
             painter.line_segment(line, Stroke::new(1.5, Color32::WHITE));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eframe::egui::{CursorIcon, vec2};
+
+    #[test]
+    fn arrows_point_where_a_drag_goes() {
+        assert_eq!(resize_cursor(vec2(1.0, 0.1)), CursorIcon::ResizeHorizontal);
+        assert_eq!(resize_cursor(vec2(-1.0, 0.1)), CursorIcon::ResizeHorizontal);
+        assert_eq!(resize_cursor(vec2(0.0, -1.0)), CursorIcon::ResizeVertical);
+        assert_eq!(resize_cursor(vec2(1.0, 1.0)), CursorIcon::ResizeNwSe, "down to the right");
+        assert_eq!(resize_cursor(vec2(1.0, -1.0)), CursorIcon::ResizeNeSw);
     }
 }

@@ -8,19 +8,39 @@ use eframe::egui::{
 use mislab_renderer::{Layer, Technique};
 
 use crate::look::layer::{Colouring, LayerLook};
+use crate::picture::pixel::value_text;
 use crate::picture::tone::{self, HATCH_PERIOD};
 use crate::state::view::ViewState;
 
 const BAR_HEIGHT: f32 = 16.0;
 const BAR_WIDTH: f32 = 280.0;
 const MIN_BAR_WIDTH: f32 = 140.0;
+/// From this width the surround of a picture has room for the words at both ends of a bar.
+const ROOM_BESIDE: f32 = 200.0;
 const TICK: f32 = 4.0;
 const GAP: f32 = 4.0;
 const PLATE_MARGIN: f32 = 8.0;
+/// Height of the mark of the number under the mouse, above the bar.
+const MARK: f32 = 7.0;
 
-/// The legend on a plate in the lower left corner of the viewport.
-pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, layer: Layer, view: &ViewState) {
-    let legend = Legend::new(ui, layer, view, viewport.width() - 4.0 * PLATE_MARGIN);
+/// What a legend is about.
+#[derive(Clone, Copy)]
+pub struct Key<'a> {
+    /// The layer whose colours it explains.
+    pub layer: Layer,
+    /// How they come about.
+    pub view: &'a ViewState,
+    /// The number under the mouse, which it marks.
+    pub here: Option<f32>,
+}
+
+/// The legend on a plate in the lower left corner of the viewport: beside the `picture` if there is room for one, else
+/// on it.
+pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, picture: Rect, key: Key<'_>) {
+    let margins = 4.0 * PLATE_MARGIN;
+    let beside = picture.left() - viewport.left() - margins;
+    let width = if beside >= ROOM_BESIDE { beside } else { viewport.width() - margins };
+    let legend = Legend::new(ui, key, width);
     let size = legend.size + Vec2::splat(2.0 * PLATE_MARGIN);
     let corner = viewport.left_bottom() + vec2(PLATE_MARGIN, -PLATE_MARGIN - size.y);
     let plate = Rect::from_min_size(corner, size);
@@ -31,9 +51,17 @@ pub fn legend_overlay(ui: &mut egui::Ui, viewport: Rect, layer: Layer, view: &Vi
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
 }
 
+/// The legend in a column, over its width, off every picture.
+pub fn legend_ui(ui: &mut egui::Ui, key: Key<'_>) {
+    let legend = Legend::new(ui, key, ui.available_width());
+    let (rect, response) = ui.allocate_exact_size(legend.size, Sense::hover());
+    legend.paint(ui.painter(), rect.min);
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
+}
+
 /// The legend without a plate, its upper left corner at `at`, no wider than `available`.
 pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, available: f32) {
-    Legend::new(ui, layer, view, available).paint(ui.painter(), at);
+    Legend::new(ui, Key { layer, view, here: None }, available).paint(ui.painter(), at);
 }
 
 /// A legend laid out.
@@ -54,12 +82,16 @@ struct Bar {
     colours: Vec<Color32>,
     /// Position in [0, 1] and the text, where there is room for one; the first and the last are aligned to the ends.
     ticks: Vec<(f32, Option<Arc<Galley>>)>,
-    undefined: Arc<Galley>,
+    /// Beside the bar, or below it where that is too wide.
+    undefined: (Arc<Galley>, bool),
     hatch: [Color32; 2],
+    /// What is under the mouse: a position in [0, 1], or NaN for undefined.
+    here: Option<f32>,
 }
 
 impl Legend {
-    fn new(ui: &egui::Ui, layer: Layer, view: &ViewState, available: f32) -> Self {
+    fn new(ui: &egui::Ui, key: Key<'_>, available: f32) -> Self {
+        let Key { layer, view, here } = key;
         let look = LayerLook::of(layer);
         let dark = ui.visuals().dark_mode;
         let text = ui.visuals().strong_text_color();
@@ -77,17 +109,31 @@ impl Legend {
         }
         let undefined = line("undefined".to_owned(), &small);
         let aside = 2.0 * GAP + BAR_HEIGHT + GAP + undefined.size().x;
+        let below = available - aside < BAR_WIDTH.min(1.2 * MIN_BAR_WIDTH);
+        let aside = if below { 0.0 } else { aside };
         let width = (available - aside).clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
         let words = tick_words(layer, view);
-        let spoken = format!(
+        let mut spoken = format!(
             "Legend: {name}, {}, hatched: undefined",
             words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
         );
+        if let Some(here) = here {
+            spoken += &format!(", marked: {}", value_text(here));
+        }
         let galleys: Vec<_> = words.into_iter().map(|(at, words)| (at, line(words, &small))).collect();
         let tick_height = galleys.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
         let ticks = fitting(galleys, width);
-        let size = vec2(title.size().x.max(width + aside), title.size().y + GAP + BAR_HEIGHT + TICK + tick_height);
-        let bar = Bar { width, colours: bar_colours(layer, dark), ticks, undefined, hatch: tone::hatch(dark) };
+        let line_below = if below { GAP + undefined.size().y } else { 0.0 };
+        let height = title.size().y + GAP + MARK + BAR_HEIGHT + TICK + tick_height + line_below;
+        let size = vec2(title.size().x.max(width + aside), height);
+        let bar = Bar {
+            width,
+            colours: bar_colours(layer, dark),
+            ticks,
+            undefined: (undefined, below),
+            hatch: tone::hatch(dark),
+            here: here.map(|value| position(layer, view, value)),
+        };
         Self { title, note: None, bar: Some(bar), text, size, spoken }
     }
 
@@ -105,7 +151,7 @@ impl Legend {
 
 impl Bar {
     fn paint(&self, painter: &egui::Painter, at: Pos2, ink: Color32) {
-        let rect = Rect::from_min_size(at, vec2(self.width, BAR_HEIGHT));
+        let rect = Rect::from_min_size(at + vec2(0.0, MARK), vec2(self.width, BAR_HEIGHT));
         let outline = egui::Stroke::new(1.0, ink.gamma_multiply(0.6));
         painter.add(gradient(rect, &self.colours));
         painter.rect_stroke(rect, 0.0, outline, egui::StrokeKind::Outside);
@@ -124,16 +170,52 @@ impl Bar {
                 painter.galley(place.min, galley.clone(), ink);
             }
         }
-        let swatch = Rect::from_min_size(rect.right_top() + vec2(2.0 * GAP, 0.0), Vec2::splat(BAR_HEIGHT));
+        let (undefined, below) = &self.undefined;
+        let corner = if *below {
+            let ticks = self.ticks.iter().filter_map(|(_, galley)| galley.as_ref()).map(|galley| galley.size().y);
+            rect.left_bottom() + vec2(0.0, TICK + ticks.fold(0.0, f32::max) + GAP)
+        } else {
+            rect.right_top() + vec2(2.0 * GAP, 0.0)
+        };
+        let swatch = Rect::from_min_size(corner, Vec2::splat(BAR_HEIGHT));
         paint_hatch(painter, swatch, self.hatch);
         painter.rect_stroke(swatch, 0.0, outline, egui::StrokeKind::Outside);
-        let words = Align2::LEFT_CENTER.anchor_size(swatch.right_center() + vec2(GAP, 0.0), self.undefined.size());
-        painter.galley(words.min, self.undefined.clone(), ink);
+        let words = Align2::LEFT_CENTER.anchor_size(swatch.right_center() + vec2(GAP, 0.0), undefined.size());
+        painter.galley(words.min, undefined.clone(), ink);
+        match self.here {
+            Some(here) if here.is_nan() => {
+                painter.rect_stroke(swatch, 0.0, egui::Stroke::new(2.0, ink), egui::StrokeKind::Outside);
+            }
+            Some(here) => paint_mark(painter, rect, rect.left() + here * rect.width(), ink),
+            None => {}
+        }
     }
 }
 
+/// A pointer from above onto the bar, and a line across it.
+fn paint_mark(painter: &egui::Painter, bar: Rect, x: f32, ink: Color32) {
+    painter.vline(x, bar.y_range(), egui::Stroke::new(3.0, Color32::BLACK));
+    painter.vline(x, bar.y_range(), egui::Stroke::new(1.0, Color32::WHITE));
+    let tip = pos2(x, bar.top());
+    let corners = vec![tip, tip - vec2(MARK * 0.7, MARK), tip + vec2(MARK * 0.7, -MARK)];
+    painter.add(Shape::convex_polygon(corners, ink, egui::Stroke::NONE));
+}
+
+/// Where a number of the layer is on the bar, in [0, 1]; NaN if it is undefined.
+fn position(layer: Layer, view: &ViewState, value: f32) -> f32 {
+    let at = match LayerLook::of(layer).colouring {
+        Colouring::Magnitude => {
+            let [low, high] = tone::variance_range(view);
+            // Zero has no logarithm, and a place at the lower end.
+            (value.max(f32::MIN_POSITIVE).log10() - low) / (high - low)
+        }
+        Colouring::Share { .. } | Colouring::Radiance => value,
+    };
+    if value.is_nan() { value } else { at.clamp(0.0, 1.0) }
+}
+
 /// Exposure, offset and tone map in words.
-fn colour_note(view: &ViewState) -> String {
+pub fn colour_note(view: &ViewState) -> String {
     let offset = if view.offset == 0.0 { String::new() } else { format!(", offset {:+.2}", view.offset) };
     format!("EV {:+.1}{offset}, {}", view.exposure_ev, view.tone_map.name())
 }
@@ -233,5 +315,20 @@ fn paint_hatch(painter: &egui::Painter, rect: Rect, [ground, stripe]: [Color32; 
     while x <= end {
         painter.line_segment([pos2(x, rect.top()), pos2(x - rect.height(), rect.bottom())], stroke);
         x += HATCH_PERIOD;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mark_is_where_the_number_is() {
+        let view = ViewState { variance_range: [-4.0, 2.0], ..ViewState::default() };
+        assert_eq!(position(Layer::ShareLight, &view, 0.25), 0.25);
+        assert_eq!(position(Layer::WeightBsdf, &view, 1.0), 1.0, "the number grows to the right, whatever the colour");
+        assert!((position(Layer::Variance, &view, 0.1) - 0.5).abs() < 1e-6);
+        assert_eq!(position(Layer::Variance, &view, 0.0), 0.0);
+        assert!(position(Layer::Variance, &view, f32::NAN).is_nan());
     }
 }

@@ -4,6 +4,7 @@ pub mod black;
 pub mod engine;
 pub mod figure;
 pub mod film_texture;
+pub mod histogram;
 pub mod interaction;
 pub mod legend;
 pub mod live;

@@ -3,12 +3,14 @@
 use eframe::egui::{self, Align2, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
 
-use mislab_renderer::Layer;
+use mislab_renderer::{Frame, Layer};
 
+use crate::look::layer::not_drawn;
+use crate::look::theme::GRID;
 use crate::picture::black::Black;
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::interaction::{Interaction, Place};
-use crate::picture::legend::legend_overlay;
+use crate::picture::legend::{Key, legend_overlay};
 use crate::picture::live::LivePicture;
 use crate::picture::picking::Target;
 use crate::picture::pixel::Pixel;
@@ -29,6 +31,8 @@ pub struct Subject<'a> {
     pub outdated: bool,
     /// A file is being read.
     pub reading: bool,
+    /// Its legend stands on or beside it, not in a column.
+    pub legend: bool,
 }
 
 /// One picture on screen.
@@ -91,15 +95,42 @@ impl Pane {
             let place = Place { document, geometry, pixel: self.pixel };
             self.interaction.ui(ui, &place, on.pointed_at, out);
         }
-        legend_overlay(ui, rect, layer, &document.view);
+        if let Some(words) = not_drawn(layer, &frame.request().settings.estimator) {
+            remark(ui, rect, words);
+        }
         if layer == Layer::Picture {
             self.black.overlay(ui, rect, &frame);
         }
-        if let Some(at) = self.pixel {
-            Pixel { frame: &frame, at }.overlay(ui, rect, layer);
+        let pixel = self.pixel.map(|at| Pixel { frame: &frame, at });
+        if on.legend {
+            let here = pixel.as_ref().and_then(|pixel| pixel.single(layer));
+            let picture = self.geometry.map_or(rect, |geometry| geometry.picture_rect());
+            legend_overlay(ui, rect, picture, Key { layer, view: &document.view, here });
+        }
+        if let Some(pixel) = pixel {
+            pixel.overlay(ui, rect, layer);
         }
         rect
     }
+
+    /// The number under the mouse of a layer that has one for each pixel of `frame`.
+    pub fn here(&self, frame: &Frame, layer: Layer) -> Option<f32> {
+        Pixel { frame, at: self.pixel? }.single(layer)
+    }
+}
+
+/// A sentence over the middle of the picture, where there is nothing to see.
+fn remark(ui: &Ui, rect: Rect, words: String) {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let width = rect.width() - 16.0 * GRID;
+    let galley = ui.painter().layout(words.clone(), font, ui.visuals().text_color(), width);
+    let size = galley.size() + egui::vec2(6.0 * GRID, 4.0 * GRID);
+    let plate = Align2::CENTER_CENTER.align_size_within_rect(size, rect);
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(plate, 6.0, ui.visuals().panel_fill);
+    painter.galley(plate.min + egui::vec2(3.0 * GRID, 2.0 * GRID), galley, ui.visuals().text_color());
+    let response = ui.interact(plate, ui.scope_id().with("remark"), egui::Sense::empty());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &words));
 }
 
 /// The pictures of the window, one for each slot of the document, and what they are all drawn with.

@@ -2,7 +2,7 @@
 //!
 //! Works on the plain scene data, apart from the renderer, so that it never waits for it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use mislab_renderer::projection::Projector;
@@ -145,6 +145,23 @@ impl<'a> Finder<'a> {
     }
 }
 
+/// The part of an image of that many pixels with all plates and lights in it, and a little around them: corners,
+/// in pixels. `None` if it shows none.
+pub fn things(scene: &Scene, resolution: [u32; 2]) -> Option<[[f32; 2]; 2]> {
+    let finder = Finder::new(scene, resolution);
+    let size = resolution.map(|n| n as f32);
+    let targets: HashSet<Target> = (0..scene.shapes.len()).filter_map(|shape| Target::of_shape(scene, shape)).collect();
+    let mut bounds: Option<[[f32; 2]; 2]> = None;
+    for [min, max] in targets.into_iter().filter_map(|target| finder.bounds(target)) {
+        let [low, high] = bounds.unwrap_or([min, max]);
+        bounds = Some([[0, 1].map(|i| low[i].min(min[i])), [0, 1].map(|i| high[i].max(max[i]))]);
+    }
+    let [min, max] = bounds?;
+    let margin = 0.02 * size[0].max(size[1]);
+    let part = [[0, 1].map(|i| (min[i] - margin).max(0.0)), [0, 1].map(|i| (max[i] + margin).min(size[i]))];
+    (part[0][0] < part[1][0] && part[0][1] < part[1][1]).then_some(part)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,6 +178,18 @@ mod tests {
             assert_eq!(finder.pick(at), Some(index), "at {at:?}");
             assert_eq!(Target::of_shape(&scene, index), Some(Target::Light(index)));
         }
+    }
+
+    #[test]
+    fn plates_and_lights_fill_a_part_of_the_picture() {
+        let scene = embedded_scene().scene;
+        let [min, max] = things(&scene, [800, 800]).expect("the scene has plates and lights");
+        let finder = Finder::new(&scene, [800, 800]);
+        for index in scene.light_shapes() {
+            let [low, high] = finder.bounds(Target::Light(index)).expect("in front of the camera");
+            assert!(min[0] <= low[0] && min[1] <= low[1] && high[0] <= max[0] && high[1] <= max[1], "light {index}");
+        }
+        assert!(max[1] - min[1] < 700.0, "not the whole picture: {min:?} to {max:?}");
     }
 
     #[test]

@@ -38,10 +38,28 @@ impl Pixel<'_> {
     /// Place and values in a layer.
     fn text(&self, layer: Layer) -> String {
         let names = LayerLook::of(layer).values;
-        let values =
-            names.iter().zip(layer.channels()).map(|(name, c)| format!("{name} {}", value_text(self.value(*c))));
+        let values: Vec<f32> = layer.channels().iter().map(|c| self.value(*c)).collect();
+        let words = match values.as_slice() {
+            [] => String::new(),
+            // Equal to the eye: the three are one number.
+            [first, rest @ ..] if !rest.is_empty() && rest.iter().all(|v| value_text(*v) == value_text(*first)) => {
+                format!("{}  {}", names.join(" = "), value_text(*first))
+            }
+            all => {
+                let named = names.iter().zip(all).map(|(name, v)| format!("{name} {}", value_text(*v)));
+                named.collect::<Vec<_>>().join("   ")
+            }
+        };
         let [x, y] = self.at;
-        format!("x {x}   y {y}\n{}", values.collect::<Vec<_>>().join("   "))
+        format!("x {x}   y {y}\n{words}")
+    }
+
+    /// The number of a layer that has one for each pixel.
+    pub fn single(&self, layer: Layer) -> Option<f32> {
+        match layer.channels() {
+            [channel] => Some(self.value(*channel)),
+            _ => None,
+        }
     }
 
     /// All channels, for the clipboard.
@@ -57,7 +75,8 @@ impl Pixel<'_> {
     }
 }
 
-fn value_text(value: f32) -> String {
+/// A number of a pixel as people read it.
+pub fn value_text(value: f32) -> String {
     if value.is_nan() {
         "undefined".into()
     } else if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {

@@ -67,7 +67,8 @@ pub struct Uniforms {
     stale: f32,
     /// 1 if the framebuffer encodes sRGB by itself.
     encoding_target: u32,
-    padding: u32,
+    /// Exposed numbers above this are striped.
+    clipped_from: f32,
     surround: [f32; 4],
     hatch_a: [f32; 4],
     hatch_b: [f32; 4],
@@ -107,7 +108,7 @@ impl Uniforms {
             hatch_frequency: (HATCH_PERIOD * geometry.pixels_per_point).recip(),
             stale: 0.0,
             encoding_target: 0,
-            padding: 0,
+            clipped_from: if view.mark_clipped { clipped_from(view.tone_map) } else { f32::MAX },
             surround: encoded(surround(dark)),
             hatch_a,
             hatch_b,
@@ -199,11 +200,25 @@ pub fn tone_map(map: ToneMap, exposed: f32) -> f32 {
     }
 }
 
-/// The colour of the hatching at a physical pixel of the viewport.
-fn hatch_at(u: &Uniforms, [x, y]: [f32; 2]) -> [f32; 3] {
+/// The exposed number from which a tone map shows nothing but white.
+pub fn clipped_from(map: ToneMap) -> f32 {
+    match map {
+        ToneMap::Linear | ToneMap::SrgbClip => 1.0,
+        // Where the fit reaches 1: 0.08 x^2 - 0.56 x - 0.14 = 0.
+        ToneMap::Filmic => 7.241_85,
+    }
+}
+
+/// How much of the second colour the stripes have at a physical pixel of the viewport.
+fn stripes(u: &Uniforms, [x, y]: [f32; 2]) -> f32 {
     let phase = ((x + y) * u.hatch_frequency).fract();
     let across = (phase - 0.5).abs() / u.hatch_frequency;
-    let blend = (across - 0.25 / u.hatch_frequency + 0.5).clamp(0.0, 1.0);
+    (across - 0.25 / u.hatch_frequency + 0.5).clamp(0.0, 1.0)
+}
+
+/// The colour of the hatching at a physical pixel of the viewport.
+fn hatch_at(u: &Uniforms, at: [f32; 2]) -> [f32; 3] {
+    let blend = stripes(u, at);
     [0, 1, 2].map(|i| u.hatch_a[i] + (u.hatch_b[i] - u.hatch_a[i]) * blend)
 }
 
@@ -218,7 +233,9 @@ fn colour(u: &Uniforms, value: [f32; 3], at: [f32; 2]) -> [f32; 3] {
         if value.iter().any(|v| !v.is_finite() || *v < 0.0) {
             return rgb(u.invalid);
         }
-        return value.map(|v| tone_map(tone, v * u.gain + u.offset));
+        let exposed = value.map(|v| v * u.gain + u.offset);
+        let ink = if exposed.iter().any(|v| *v > u.clipped_from) { stripes(u, at) } else { 1.0 };
+        return exposed.map(|v| tone_map(tone, v) * ink);
     }
     let v = value[0];
     if v.is_nan() {

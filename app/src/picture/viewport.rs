@@ -177,6 +177,13 @@ fn navigate(ui: &egui::Ui, response: &egui::Response, placement: &mut Placement,
             placement.pan_by(&geometry(placement), delta);
         }
     }
+    // A hand where there is something to move, a cross where there is only something to read.
+    if response.dragged() {
+        response.ctx.set_cursor_icon(egui::CursorIcon::Grabbing);
+    } else if response.hovered() {
+        let movable = matches!(placement, Placement::Free { .. });
+        response.ctx.set_cursor_icon(if movable { egui::CursorIcon::Grab } else { egui::CursorIcon::Crosshair });
+    }
     if let Some(pointer) = response.hover_pos() {
         let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
         let factor = pinch * (scroll / SCROLL_PER_DOUBLING).exp2();
@@ -216,8 +223,8 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
             let value = planes.value(x - bounds.min[0], y - bounds.min[1]);
             let shown = tone::at_pixel(uniforms, value);
             let ink = if luma(shown) > 0.5 { Color32::BLACK } else { Color32::WHITE };
-            let text =
-                if LayerLook::of(planes.layer()).is_colour() { value.map(number).join("\n") } else { number(value[0]) };
+            let [r, g, b] = value.map(number);
+            let text = if r == g && g == b { r } else { [r, g, b].join("\n") };
             let centre = geometry.to_screen([x as f32 + 0.5, y as f32 + 0.5]);
             painter.text(centre, Align2::CENTER_CENTER, text, font.clone(), ink);
         }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::ThemePreference;
 
 use super::edit::Edit;
+use crate::look::zoom::ZoomStep;
 
 /// One action.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,8 @@ pub enum Command {
     Normalise,
     /// Whole picture in the window.
     Fit,
+    /// The plates and lights alone, as large as they fit.
+    FitThings,
     /// One image pixel per screen pixel.
     ActualSize,
 
@@ -70,14 +73,16 @@ pub enum Command {
     ToggleFullScreen,
     /// Light, dark or as the system.
     SetTheme(ThemePreference),
-    /// Makes everything larger or smaller by that factor; `None` is back to 100 %.
-    ZoomInterface(Option<f32>),
+    /// Makes everything larger or smaller.
+    ZoomInterface(ZoomStep),
     /// The sheet of keys.
     ToggleHelp,
     /// The list of all commands.
     TogglePalette,
     /// The tutorial's table.
     ToggleTable,
+    /// Stops the table that is being made.
+    StopTable,
 }
 
 impl From<Edit> for Command {

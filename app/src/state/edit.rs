@@ -39,6 +39,8 @@ pub enum Edit {
     SetStrategy(Strategy),
     /// c, the probability of the light technique.
     SetLightProb(f32),
+    /// More or less c, in whole steps of that size.
+    NudgeLightProb(f32),
     /// How two techniques are weighted.
     SetHeuristic(Heuristic),
     /// Whether c takes part in one-sample weights.
@@ -74,6 +76,8 @@ pub enum Edit {
     NudgeOffset(f32),
     /// Tone map.
     SetToneMap(ToneMap),
+    /// Whether clipped pixels are marked.
+    SetMarkClipped(bool),
     /// Ends of the colour bar of the variance, as log10.
     SetVarianceRange([f32; 2]),
     /// Exposure, offset, tone map back to the defaults.
@@ -86,16 +90,17 @@ impl Edit {
         match *self {
             Self::SetStrategy(_) => EditKey("strategy", 0),
             Self::SetLightProb(_) => EditKey("c", 0),
+            Self::NudgeLightProb(_) => EditKey("c", 1),
             Self::SetHeuristic(_) => EditKey("heuristic", 0),
             Self::SetWeights(_) => EditKey("weights", 0),
             Self::SetSampler(_) => EditKey("sampler", 0),
             Self::SetJitter(_) => EditKey("jitter", 0),
-            Self::SetSpp(_) => EditKey("spp", 0),
+            Self::SetSpp(_) => EditKey("samples per pixel", 0),
             Self::SetSeed(_) => EditKey("seed", 0),
-            Self::SetAlpha(material, _) => EditKey("alpha", material),
+            Self::SetAlpha(material, _) => EditKey("roughness", material),
             Self::SetLightRadius(shape, _) => EditKey("radius", shape),
-            Self::SetLightOn(shape, _) => EditKey("light on", shape),
-            Self::ResetScene => EditKey("reset scene", 0),
+            Self::SetLightOn(shape, _) => EditKey("switch", shape),
+            Self::ResetScene => EditKey("reset to the file", 0),
             Self::SetLayer(_) => EditKey("layer", 0),
             Self::CycleLayer(_) => EditKey("layer", 1),
             Self::SetExposure(_) => EditKey("exposure", 0),
@@ -103,8 +108,9 @@ impl Edit {
             Self::NudgeExposure(_) => EditKey("exposure", 1),
             Self::NudgeOffset(_) => EditKey("offset", 1),
             Self::SetToneMap(_) => EditKey("tone map", 0),
+            Self::SetMarkClipped(_) => EditKey("marks of clipped pixels", 0),
             Self::SetVarianceRange(_) => EditKey("variance range", 0),
-            Self::ResetView => EditKey("reset view", 0),
+            Self::ResetView => EditKey("reset of the view", 0),
         }
     }
 
@@ -113,6 +119,14 @@ impl Edit {
         match *self {
             Self::SetStrategy(strategy) => document.active_mut().estimator.strategy = strategy,
             Self::SetLightProb(c) => document.active_mut().estimator.light_prob = c.clamp(0.0, 1.0),
+            // Nothing else has a c.
+            Self::NudgeLightProb(_) if document.active().estimator.strategy != Strategy::Mis => {}
+            Self::NudgeLightProb(step) => {
+                let c = &mut document.active_mut().estimator.light_prob;
+                // From step to step, whatever a slider left: five up and five down end where they began.
+                let there = (f64::from(*c) / f64::from(step) + 1.0).round() * f64::from(step);
+                *c = ((there * 100.0).round() / 100.0).clamp(0.0, 1.0) as f32;
+            }
             Self::SetHeuristic(heuristic) => document.active_mut().estimator.heuristic = heuristic,
             Self::SetWeights(weights) => document.active_mut().estimator.weights = weights,
             Self::SetSampler(kind) => {
@@ -163,6 +177,7 @@ impl Edit {
                 *offset = ((*offset + step) * 100.0).round() / 100.0;
             }
             Self::SetToneMap(tone_map) => document.view.tone_map = tone_map,
+            Self::SetMarkClipped(on) => document.view.mark_clipped = on,
             Self::SetVarianceRange(range) => document.view.variance_range = range,
             Self::ResetView => document.view.reset_display(),
         }

@@ -5,6 +5,7 @@ use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy}
 
 use crate::look::layer::LayerLook;
 use crate::look::names::{heuristic_name, sampler_name, strategy_name, weights_name};
+use crate::look::zoom::ZoomStep;
 use crate::state::command::{Command, Shipped};
 use crate::state::edit::{Edit, SppTarget};
 use crate::state::view::ToneMap;
@@ -33,12 +34,17 @@ pub fn bindings() -> Vec<Action> {
     let action = |group, name: &str, keys, modifiers, key, command: Command| Action {
         group, name: name.into(), keys, shortcut: Some((modifiers, key)), command,
     };
-    let strategy = |keys, key, s: Strategy| action("Strategy", strategy_name(s), keys, PLAIN, key, Edit::SetStrategy(s).into());
+    let strategy = |keys, key, s: Strategy| {
+        let name = format!("{} ({})", strategy_name(s), s.name());
+        action("Strategy", &name, keys, PLAIN, key, Edit::SetStrategy(s).into())
+    };
     vec![
         strategy("1", Key::Num1, Strategy::Light),
         strategy("2", Key::Num2, Strategy::Bsdf),
         strategy("3", Key::Num3, Strategy::MisAll),
         strategy("4", Key::Num4, Strategy::Mis),
+        action("Strategy", "Larger c, the share of light samples", "]", PLAIN, Key::CloseBracket, Edit::NudgeLightProb(0.05).into()),
+        action("Strategy", "Smaller c", "[", PLAIN, Key::OpenBracket, Edit::NudgeLightProb(-0.05).into()),
         action("Rendering", "Pause, go on", "Space", PLAIN, Key::Space, Command::TogglePause),
         action("Rendering", "One pass", "S", PLAIN, Key::S, Command::Step),
         action("Rendering", "Restart", "Backspace", PLAIN, Key::Backspace, Command::Restart),
@@ -51,6 +57,7 @@ pub fn bindings() -> Vec<Action> {
         action("View", "Next layer", "V", PLAIN, Key::V, Edit::CycleLayer(1).into()),
         action("View", "Previous layer", "Shift+V", SHIFT, Key::V, Edit::CycleLayer(-1).into()),
         action("View", "Fit the picture", "F", PLAIN, Key::F, Command::Fit),
+        action("View", "Fit plates and lights", "Shift+F", SHIFT, Key::F, Command::FitThings),
         action("View", "100 %: one pixel to one", "Ctrl+0", CTRL, Key::Num0, Command::ActualSize),
         action("File", "Open \u{2026}", "Ctrl+O", CTRL, Key::O, Command::Open),
         action("File", "Open a typed path \u{2026}", "Ctrl+Shift+O", CTRL.plus(SHIFT), Key::O, Command::OpenTyped),
@@ -62,8 +69,8 @@ pub fn bindings() -> Vec<Action> {
         action("Edit", "Redo", "Ctrl+Y", CTRL, Key::Y, Command::Redo),
         action("Window", "Projector view: hide the panels", "Ctrl+B", CTRL, Key::B, Command::TogglePanels),
         action("Window", "Full screen", "F11", PLAIN, Key::F11, Command::ToggleFullScreen),
-        action("Window", "Larger", "Ctrl++", CTRL, Key::Plus, Command::ZoomInterface(Some(1.1))),
-        action("Window", "Smaller", "Ctrl+\u{2212}", CTRL, Key::Minus, Command::ZoomInterface(Some(1.0 / 1.1))),
+        action("Window", "Larger", "Ctrl++", CTRL, Key::Plus, Command::ZoomInterface(ZoomStep::Larger)),
+        action("Window", "Smaller", "Ctrl+\u{2212}", CTRL, Key::Minus, Command::ZoomInterface(ZoomStep::Smaller)),
         action("Window", "The tutorial's table", "T", PLAIN, Key::T, Command::ToggleTable),
         action("Window", "All commands", "Ctrl+Shift+P", CTRL.plus(SHIFT), Key::P, Command::TogglePalette),
         action("Window", "Keys", "?", PLAIN, Key::Questionmark, Command::ToggleHelp),
@@ -74,7 +81,7 @@ pub fn bindings() -> Vec<Action> {
 fn aliases() -> [(Modifiers, Key, Command); 4] {
     [
         (CTRL.plus(SHIFT), Key::Z, Command::Redo),
-        (CTRL, Key::Equals, Command::ZoomInterface(Some(1.1))),
+        (CTRL, Key::Equals, Command::ZoomInterface(ZoomStep::Larger)),
         (SHIFT, Key::Slash, Command::ToggleHelp),
         (PLAIN, Key::F1, Command::ToggleHelp),
     ]
@@ -93,7 +100,7 @@ pub fn actions() -> Vec<Action> {
         add("Weights", format!("One-sample weights: {}", weights_name(w)), Edit::SetWeights(w).into());
     }
     for s in SamplerKind::ALL {
-        add("Samples", format!("Sampler: {}", sampler_name(s)), Edit::SetSampler(s).into());
+        add("Samples", format!("Sampler: {} ({})", sampler_name(s), s.name()), Edit::SetSampler(s).into());
     }
     for target in SppTarget::choices() {
         let name = match target {
@@ -108,6 +115,8 @@ pub fn actions() -> Vec<Action> {
     for tone_map in ToneMap::ALL {
         add("View", format!("Tone map: {}", tone_map.name()), Edit::SetToneMap(tone_map).into());
     }
+    add("View", "Mark clipped pixels".into(), Edit::SetMarkClipped(true).into());
+    add("View", "Do not mark clipped pixels".into(), Edit::SetMarkClipped(false).into());
     add("Rendering", "Full speed".into(), Command::SetRate(None));
     add("Rendering", "Slowly: two passes a second".into(), Command::SetRate(Some(2.0)));
     for shipped in Shipped::ALL {
@@ -118,7 +127,7 @@ pub fn actions() -> Vec<Action> {
     for (name, preference) in THEMES {
         add("Window", format!("Theme: {name}"), Command::SetTheme(preference));
     }
-    add("Window", "Interface at 100 %".into(), Command::ZoomInterface(None));
+    add("Window", "Interface at 100 %".into(), Command::ZoomInterface(ZoomStep::Reset));
     add("Window", "Right panel".into(), Command::ToggleInspector);
     add("Window", "Reduce motion".into(), Command::ToggleMotion);
     all

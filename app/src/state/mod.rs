@@ -11,4 +11,5 @@ pub mod pacing;
 pub mod paths;
 pub mod placement;
 pub mod prefs;
+pub mod presses;
 pub mod view;

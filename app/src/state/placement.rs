@@ -10,6 +10,8 @@ pub enum Placement {
     /// As large as it fits, centred.
     #[default]
     Fit,
+    /// A part of the image as large as it fits, centred: its corners, in pixels.
+    Part([[f32; 2]; 2]),
     /// At a scale of the user's own.
     Free {
         /// Physical screen pixels per image pixel.
@@ -24,6 +26,15 @@ impl Placement {
     pub const MIN_SCALE: f32 = 1.0 / 512.0;
     /// The largest scale.
     pub const MAX_SCALE: f32 = 256.0;
+
+    /// Width over height of what fills the viewport as far as it can, of an image of that size.
+    pub fn aspect(&self, image: [u32; 2]) -> f32 {
+        let [w, h] = match *self {
+            Self::Part([min, max]) => [0, 1].map(|i| (max[i] - min[i]).max(1.0)),
+            Self::Fit | Self::Free { .. } => image.map(|n| n.max(1) as f32),
+        };
+        w / h
+    }
 
     /// Fit the picture into the viewport (F).
     pub fn fit(&mut self) {
@@ -85,6 +96,11 @@ impl Geometry {
         let middle = viewport.center().to_vec2() * pixels_per_point;
         let (scale, centre) = match placement {
             Placement::Fit => ((size.x / w).min(size.y / h), [w / 2.0, h / 2.0]),
+            Placement::Part([min, max]) => {
+                let part = [0, 1].map(|i| (max[i] - min[i]).max(1.0));
+                let scale = (size.x / part[0]).min(size.y / part[1]);
+                (scale, [0, 1].map(|i| (0.5 * (min[i] + max[i])).clamp(0.0, [w, h][i])))
+            }
             Placement::Free { scale, centre } => (scale, [0, 1].map(|i| centre[i].clamp(0.0, [w, h][i]))),
         };
         // Stored state may hold anything, and `clamp` keeps a NaN.

@@ -63,6 +63,9 @@ pub struct ViewState {
     pub offset: f32,
     /// For the colour layers.
     pub tone_map: ToneMap,
+    /// Pixels that the tone map shows as white whatever their number are striped.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub mark_clipped: bool,
     /// log10 of the variance at the two ends of the colour bar, the lower first.
     pub variance_range: [f32; 2],
     /// Zoom and pan.
@@ -75,6 +78,7 @@ impl Default for ViewState {
             exposure_ev: 0.0,
             offset: 0.0,
             tone_map: ToneMap::default(),
+            mark_clipped: false,
             variance_range: Self::DEFAULT_VARIANCE_RANGE,
             placement: Placement::Fit,
         }
@@ -89,11 +93,12 @@ impl ViewState {
 
     /// Exposure, offset, tone map and variance range as they were at the start (R). Zoom stays.
     pub fn reset_display(&mut self) {
-        let Self { placement: _, exposure_ev, offset, tone_map, variance_range } = self;
+        let Self { placement: _, exposure_ev, offset, tone_map, mark_clipped, variance_range } = self;
         let default = Self::default();
         *exposure_ev = default.exposure_ev;
         *offset = default.offset;
         *tone_map = default.tone_map;
+        *mark_clipped = default.mark_clipped;
         *variance_range = default.variance_range;
     }
 }

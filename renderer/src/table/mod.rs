@@ -30,6 +30,8 @@ use mislab_kernel::request::scene::Scene;
 use mislab_kernel::request::{Estimator, ImageSettings, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use serde::Serialize;
 
+pub use self::report::with_error;
+
 use self::quality::{crosses, mean_and_error, sidak};
 use self::reference::{SortedReference, rgb};
 use self::regions::{Groups, Square};

@@ -89,13 +89,26 @@ pub(super) fn csv(table: &Table) -> String {
     out
 }
 
-/// "0.0123 ± 0.0004", or "(1.23 ± 0.04)e-7": digits down to the second of the error.
-pub(crate) fn with_error(value: f64, error: f64) -> String {
+/// A measured value and its standard error: "0.0123 ± 0.0004", or "(1.23 ± 0.04)e-7": digits down to the second of the
+/// error, the same on the command line, in files and in the window. Without an error (NaN) six significant digits of
+/// the value.
+pub fn with_error(value: f64, error: f64) -> String {
+    /// More decimals than this nobody reads.
+    const MOST: i32 = 6;
     let exponent = |v: f64| if v == 0.0 { 0 } else { v.abs().log10().floor() as i32 };
     let scale = if (-3..=3).contains(&exponent(value)) { 0 } else { exponent(value) };
     let factor = 10_f64.powi(-scale);
-    let decimals = if error > 0.0 { (1 - exponent(error * factor)).clamp(0, 6) as usize } else { 4 };
-    let text = format!("{:.decimals$} ± {:.decimals$}", value * factor, error * factor);
+    let last_digit = if error > 0.0 { 1 - exponent(error * factor) } else { MOST - 1 - exponent(value * factor) };
+    let decimals = last_digit.clamp(0, MOST) as usize;
+    let number = format!("{:.decimals$}", value * factor);
+    let error = match error * factor {
+        e if e.is_nan() => String::new(),
+        0.0 => " ± 0".into(),
+        // An error that would be written as zero is none the less one.
+        e if last_digit > MOST => format!(" ± {e:.0e}"),
+        e => format!(" ± {e:.decimals$}"),
+    };
+    let text = format!("{number}{error}");
     if scale == 0 { text } else { format!("({text})e{scale}") }
 }
 
@@ -112,5 +125,20 @@ pub(crate) fn bsdf_name(bsdf: LobeWidth) -> &'static str {
     match bsdf {
         LobeWidth::Broad => "broad",
         LobeWidth::Sharp => "sharp",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_never_written_as_zero() {
+        assert_eq!(with_error(0.02471, 0.00021), "0.02471 ± 0.00021");
+        assert_eq!(with_error(22.61, 4.9), "22.6 ± 4.9");
+        assert_eq!(with_error(7.695e-4, 6.0e-6), "(7.695 ± 0.060)e-4");
+        assert_eq!(with_error(0.992_702_1, 1.2e-9), "0.992702 ± 1e-9");
+        assert_eq!(with_error(0.992_702_1, 0.0), "0.992702 ± 0");
+        assert_eq!(with_error(0.25, f64::NAN), "0.250000");
     }
 }
