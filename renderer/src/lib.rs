@@ -8,9 +8,11 @@
 pub mod benchmark;
 pub mod engine;
 pub mod error;
+mod file;
 pub mod frame;
 pub mod inspect;
 pub mod layer;
+pub mod memory;
 pub mod metrics;
 pub mod pbrt;
 pub mod snapshot;

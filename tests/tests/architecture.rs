@@ -5,11 +5,23 @@ use std::path::Path;
 
 /// The kernel's modules, each of which knows only those before it.
 const KERNEL: &[&str] =
-    &["lanes", "request", "sampler", "warp", "bsdf", "geometry", "light", "world", "estimator", "film", "tile"];
+    &["lanes", "request", "stop", "sampler", "warp", "bsdf", "geometry", "light", "world", "estimator", "film", "tile"];
 
 /// The renderer's.
-const RENDERER: &[&str] =
-    &["error", "layer", "frame", "engine", "inspect", "pbrt", "snapshot", "metrics", "table", "benchmark"];
+const RENDERER: &[&str] = &[
+    "error",
+    "file",
+    "layer",
+    "memory",
+    "frame",
+    "engine",
+    "inspect",
+    "pbrt",
+    "snapshot",
+    "metrics",
+    "table",
+    "benchmark",
+];
 
 /// The app's, from below to above; commands of the command line do without a window, but for what they open.
 const APP: &[&str] = &["look", "state", "picture", "files", "panel", "lab", "layout", "app", "launch", "cli"];

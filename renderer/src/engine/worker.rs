@@ -1,5 +1,6 @@
 //! The worker threads: they build scenes, render tiles, and survive panics.
 
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -8,12 +9,14 @@ use cpu_time::ThreadTime;
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
 use mislab_kernel::request::{Invalid, Request};
+use mislab_kernel::stop::Stop;
 use mislab_kernel::tile::render_tile;
-use mislab_kernel::world::BuiltScene;
+use mislab_kernel::world::{BuiltScene, Unbuilt};
 use thread_priority::ThreadPriority;
 
 use super::core::Core;
 use super::schedule::{Outcome, PictureState, Task, TileTask};
+use crate::memory::{self, Need};
 
 /// What workers and handles have in common.
 pub(super) struct Shared {
@@ -96,20 +99,74 @@ impl Shared {
         }
     }
 
-    /// Builds a scene; true if there is news for the window.
+    /// Builds a scene; true if there is news for the window. Given up as soon as nobody wants it any more.
     fn build(&self, picture: u64, generation: u64, request: Arc<Request>) -> bool {
+        if let Err(message) = self.grant(picture, &request) {
+            return self.hand_over(picture, generation, request, Some(Err(Invalid(message))));
+        }
         let known: Vec<_> = self.lock().pictures.iter().filter_map(|p| p.built.clone()).collect();
-        let built = catch_unwind(|| BuiltScene::with_known(&request.scene, &request.settings, &known).map(Arc::new))
-            .unwrap_or_else(|panic| Err(Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
+        let judged = Cell::new((generation, true));
+        let stopped = || !self.still_wants(picture, &request, &judged);
+        let build = || BuiltScene::with_known(&request.scene, &request.settings, &known, Stop::when(&stopped));
+        let built = match catch_unwind(AssertUnwindSafe(build)) {
+            Ok(Ok(scene)) => Some(Ok(Arc::new(scene))),
+            Ok(Err(Unbuilt::Invalid(invalid))) => Some(Err(invalid)),
+            Ok(Err(Unbuilt::Stopped)) => None,
+            Err(panic) => Some(Err(Invalid(format!("building the scene failed: {}", panic_text(&*panic))))),
+        };
+        let news = self.hand_over(picture, generation, request, built);
+        // To free a large scene takes its time: not under the lock.
+        drop(known);
+        news
+    }
+
+    /// Whether there is memory for a picture. What it had for its last scene goes into it.
+    fn grant(&self, picture: u64, request: &Request) -> Result<(), String> {
+        let need = Need::of(request);
+        let granted = self.lock().picture(picture).map_or(0, |p| p.granted);
+        memory::check(&need, granted)?;
+        if let Some(p) = self.lock().picture(picture) {
+            p.granted = need.kept();
+        }
+        Ok(())
+    }
+
+    /// Gives a picture what became of its scene; true if there is news for the window.
+    fn hand_over(
+        &self,
+        picture: u64,
+        generation: u64,
+        request: Arc<Request>,
+        built: Option<Result<Arc<BuiltScene>, Invalid>>,
+    ) -> bool {
         let mut core = self.lock();
         let machine = core.machine;
         let Some(p) = core.picture(picture) else { return false };
         let (replaced, news) = p.take_built(generation, request, built, machine);
         drop(core);
-        // To free a large scene takes its time: not under the lock.
-        drop((replaced, known));
+        drop(replaced);
         self.work.notify_all();
         news
+    }
+
+    /// Whether a picture still has use for the scene of a request: it may have moved on to another one with the same
+    /// geometry, which is what takes long. `judged` keeps the last generation looked at, and the answer.
+    fn still_wants(&self, picture: u64, request: &Request, judged: &Cell<(u64, bool)>) -> bool {
+        let newest = {
+            let mut core = self.lock();
+            if core.shutdown {
+                return false;
+            }
+            let Some(p) = core.picture(picture) else { return false };
+            if p.generation == judged.get().0 {
+                return judged.get().1;
+            }
+            p.request.clone().map(|newest| (p.generation, newest))
+        };
+        let Some((generation, newest)) = newest else { return false };
+        let wanted = BuiltScene::same_geometry(&request.scene, &newest.scene);
+        judged.set((generation, wanted));
+        wanted
     }
 
     /// Renders one tile; true if there is news for the window.
