@@ -6,7 +6,8 @@ use mislab_renderer::State;
 use crate::lab::Lab;
 use crate::look::theme::{GRID, TypeScale};
 use crate::panel::{
-    caption, display, formula, help, menu, messages, open, palette, sampling, save, scene, status, strategy, table,
+    caption, display, formula, help, menu, messages, open, palette, picture, sampling, save, scene, status, strategy,
+    table,
 };
 use crate::picture::pane::Subject;
 use crate::state::command::Command;
@@ -112,7 +113,12 @@ fn caption_strip(ui: &mut Ui, lab: &Lab) {
     Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             let frame = lab.live().frame();
-            caption::caption_ui(ui, frame.as_deref(), lab.live().is_behind(), scale);
+            match frame {
+                Some(frame) => caption::caption_ui(ui, &frame, lab.live().is_behind(), scale),
+                None => {
+                    ui.label(lab.awaited());
+                }
+            }
         });
     });
 }
@@ -124,9 +130,10 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     {
         lab.swatches.update(ui.ctx(), &frame, &lab.document.view);
     }
+    let awaited = lab.awaited();
     let mut place = ui.available_rect_before_wrap();
     for (slot, (pane, live)) in lab.panes.all_mut().iter_mut().zip(lab.engine.pictures()).enumerate() {
-        let subject = Subject { slot, live, pointed_at: lab.pointed_at };
+        let subject = Subject { slot, live, pointed_at: lab.pointed_at, awaited: &awaited };
         place = pane.ui(ui, &mut lab.document, &subject, out);
     }
     drop_target(ui, place);
@@ -150,8 +157,15 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
     let sheets = &mut lab.sheets;
     let on_top = sheets.help || sheets.palette.is_some() || sheets.open.is_some();
     if !on_top && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
-        sheets.table.open = false;
-        lab.messages.open_error = None;
+        if sheets.picture.take().is_none() {
+            sheets.table.open = false;
+            lab.messages.open_error = None;
+        }
+    }
+    if let Some(sheet) = &mut sheets.picture
+        && !picture::picture_ui(ctx, sheet)
+    {
+        sheets.picture = None;
     }
     if sheets.table.open {
         table::table_ui(ctx, &mut sheets.table, &lab.document.scene, &lab.prefs.save, &lab.files);

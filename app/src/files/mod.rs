@@ -13,9 +13,8 @@ use eframe::egui;
 use mislab_renderer::Frame;
 use mislab_renderer::snapshot::{self, SaveOptions, write_file};
 
-use self::opening::read;
+use self::opening::{Found, read};
 use self::saving::{SaveJob, next_free};
-use crate::state::document::Opened;
 
 /// What came of something started here.
 #[derive(Debug)]
@@ -27,7 +26,7 @@ pub enum FileEvent {
     /// No dialog came up: this desktop offers none.
     NoDialog,
     /// A file was read.
-    Opened(Box<Opened>),
+    Opened(Found),
     /// A file could not be read.
     OpenFailed {
         /// Which.
@@ -113,11 +112,11 @@ impl Files {
         });
     }
 
-    /// Reads a scene or a snapshot.
+    /// Reads a scene or a picture.
     pub fn open(&self, path: PathBuf) {
         self.start("open", move || {
             Some(match read(&path) {
-                Ok(opened) => FileEvent::Opened(Box::new(opened)),
+                Ok(found) => FileEvent::Opened(found),
                 Err(error) => FileEvent::OpenFailed { path, message: error.to_string() },
             })
         });

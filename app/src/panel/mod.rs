@@ -9,6 +9,7 @@ pub mod menu;
 pub mod messages;
 pub mod open;
 pub mod palette;
+pub mod picture;
 pub mod sampling;
 pub mod save;
 pub mod scene;

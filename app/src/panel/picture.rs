@@ -1,0 +1,215 @@
+//! A picture from elsewhere: its channels, windows and attributes, and its pixels. It lies over the live picture, which stays.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Id, RichText, ScrollArea, Ui, Window, vec2};
+use mislab_renderer::snapshot::{self, Image, Part, layer_and_component, layers_of, shown};
+use mislab_renderer::{Layer, PixelRect};
+
+use crate::files::opening::PictureFile;
+use crate::look::theme::{GRID, Inks};
+use crate::panel::widgets::{ParamSlider, Scale, caption, title, wide_button};
+use crate::picture::normalise::normalise;
+use crate::picture::planes::Planes;
+use crate::picture::viewport::{Shown, Viewport};
+use crate::state::view::ViewState;
+
+/// Width of the column beside the picture, in points.
+const COLUMN: f32 = 300.0;
+
+/// The sheet, while it is open.
+pub struct PictureSheet {
+    file: PictureFile,
+    choices: Vec<Choice>,
+    chosen: usize,
+    view: ViewState,
+    viewport: Viewport,
+    planes: Option<Arc<Planes>>,
+    pixel: Option<[u32; 2]>,
+}
+
+/// What can be shown of the file at a time: the colours of a layer, or one channel in grey.
+struct Choice {
+    name: String,
+    channels: [usize; 3],
+}
+
+impl PictureSheet {
+    /// Shows the first layer that there is.
+    pub fn new(file: PictureFile) -> Self {
+        let choices = file.image.as_ref().map_or_else(|_| Vec::new(), choices);
+        // Drawn by the processor: it is drawn again only when something about it changes.
+        let viewport = Viewport::new(None);
+        Self { file, choices, chosen: 0, view: ViewState::default(), viewport, planes: None, pixel: None }
+    }
+
+    fn planes(&mut self) -> Option<Arc<Planes>> {
+        if self.planes.is_none()
+            && let (Ok(image), Some(choice)) = (&self.file.image, self.choices.get(self.chosen))
+        {
+            self.planes = Some(Arc::new(planes(image, choice)));
+        }
+        self.planes.clone()
+    }
+}
+
+/// Layers with red, green and blue in colour, then every channel by itself.
+fn choices(image: &Image) -> Vec<Choice> {
+    let names: Vec<&str> = image.channels.iter().map(|(name, _)| name.as_str()).collect();
+    let colour = layers_of(names.iter().copied()).into_iter().filter_map(|layer| {
+        let find = |wanted: &str| {
+            let is = |&&c: &&usize| layer_and_component(names[c]).1.eq_ignore_ascii_case(wanted);
+            layer.channels.iter().find(is).copied()
+        };
+        Some(Choice { channels: [find("R")?, find("G")?, find("B")?], name: layer.name })
+    });
+    let single = names.iter().enumerate().map(|(c, name)| Choice { name: (*name).to_owned(), channels: [c; 3] });
+    colour.chain(single).collect()
+}
+
+/// Where the data window lies in the image that is shown, and the size of that: as large as both windows together.
+fn place(image: &Image) -> (PixelRect, [u32; 2]) {
+    let (data, display) = (image.window, image.display);
+    let end = |w: &snapshot::Window, axis: usize| i64::from(w.min[axis]) + i64::from(w.size[axis]);
+    let min = [0, 1].map(|axis| data.min[axis].min(display.min[axis]));
+    let size = [0, 1].map(|axis| end(&data, axis).max(end(&display, axis)) - i64::from(min[axis]));
+    // A display window that has nothing to do with the pixels would leave them a speck.
+    const LARGEST: i64 = 1 << 17;
+    if size.iter().any(|&side| side > LARGEST) {
+        return (PixelRect { min: [0, 0], max: data.size }, data.size);
+    }
+    let corner = [0, 1].map(|axis| (i64::from(data.min[axis]) - i64::from(min[axis])) as u32);
+    let rect = PixelRect { min: corner, max: [0, 1].map(|axis| corner[axis] + data.size[axis]) };
+    (rect, size.map(|side| side as u32))
+}
+
+fn planes(image: &Image, choice: &Choice) -> Planes {
+    let (bounds, size) = place(image);
+    let data = choice.channels.iter().flat_map(|&c| image.channels[c].1.iter().copied()).collect();
+    Planes::new(Layer::Picture, bounds, size, data)
+}
+
+/// The sheet. Returns false when it is done with.
+pub fn picture_ui(ctx: &egui::Context, sheet: &mut PictureSheet) -> bool {
+    let mut open = true;
+    let name = sheet.file.path.file_name().map_or_else(|| "Picture".into(), |n| n.to_string_lossy().into_owned());
+    let room = ctx.content_rect().size() - vec2(80.0, 120.0);
+    Window::new(shown(&name))
+        .id(Id::unique("picture window"))
+        .open(&mut open)
+        .collapsible(false)
+        .default_size(room.min(vec2(1040.0, 700.0)))
+        .max_size(room)
+        .pivot(egui::Align2::CENTER_CENTER)
+        .default_pos(ctx.content_rect().center())
+        .show(ctx, |ui| {
+            caption(ui, &sheet.file.remark);
+            ui.add_space(GRID);
+            let size = ui.available_size();
+            ui.horizontal_top(|ui| {
+                ui.allocate_ui(vec2((size.x - COLUMN - 3.0 * GRID).max(120.0), size.y), |ui| picture(ui, sheet));
+                ui.add_space(GRID);
+                ui.allocate_ui(vec2(COLUMN, size.y), |ui| {
+                    ui.vertical(|ui| column(ui, sheet));
+                });
+            });
+        });
+    open
+}
+
+fn picture(ui: &mut Ui, sheet: &mut PictureSheet) {
+    if let Err(error) = &sheet.file.image {
+        ui.vertical(|ui| ui.label(RichText::new(format!("No pixels: {error}")).color(Inks::of(ui.visuals()).wrong)));
+        return;
+    }
+    let planes = sheet.planes();
+    let shown = Shown { layer: Layer::Picture, planes: planes.as_ref(), stale: false };
+    sheet.pixel = sheet.viewport.ui(ui, &mut sheet.view, shown).hovered_pixel;
+}
+
+fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
+    pixel_ui(ui, sheet);
+    if let Some(planes) = sheet.planes() {
+        let exposure = ParamSlider {
+            name: "Exposure of the file",
+            label_width: 0.0,
+            value: f64::from(sheet.view.exposure_ev),
+            default: 0.0,
+            range: -10.0..=10.0,
+            scale: Scale::Linear(1),
+            template: "-10.0",
+            unit: " EV",
+            accent: None,
+            zero_text: "",
+        };
+        if let Some(ev) = exposure.show(ui).changed {
+            sheet.view.exposure_ev = ev as f32;
+        }
+        ui.horizontal(|ui| {
+            let width = (ui.available_width() - GRID) / 2.0;
+            let hint = "Sets the exposure so that 99 of 100 pixels stay below white.";
+            if wide_button(ui, "Normalise", width).on_hover_text(hint).clicked() {
+                normalise(&mut sheet.view, &planes);
+            }
+            if wide_button(ui, "Fit", width).clicked() {
+                sheet.view.placement.fit();
+            }
+        });
+    }
+    ScrollArea::vertical().id_salt("about the picture").auto_shrink(false).show(ui, |ui| {
+        if !sheet.choices.is_empty() {
+            title(ui, "Shown");
+            for (i, choice) in sheet.choices.iter().enumerate() {
+                if ui.selectable_label(sheet.chosen == i, shown(&choice.name)).clicked() {
+                    sheet.chosen = i;
+                    sheet.planes = None;
+                }
+            }
+        }
+        for part in &sheet.file.parts {
+            part_ui(ui, part, sheet.file.parts.len() > 1);
+        }
+    });
+}
+
+/// The pixel under the mouse, in the file's own coordinates.
+fn pixel_ui(ui: &mut Ui, sheet: &PictureSheet) {
+    let (Ok(image), Some(pixel), Some(choice)) = (&sheet.file.image, sheet.pixel, sheet.choices.get(sheet.chosen))
+    else {
+        caption(ui, "Point at a pixel to read its values.");
+        return;
+    };
+    let (bounds, _) = place(image);
+    let [x, y] = [0, 1].map(|axis| pixel[axis] - bounds.min[axis]);
+    let index = y as usize * image.window.size[0] as usize + x as usize;
+    let mut channels = choice.channels.to_vec();
+    channels.dedup();
+    let values: Vec<String> = channels.iter().map(|&c| format!("{:.5}", image.channels[c].1[index])).collect();
+    let at = [(0, x), (1, y)].map(|(axis, v)| i64::from(image.window.min[axis]) + i64::from(v));
+    caption(ui, format!("({}, {}): {}", at[0], at[1], values.join("  ")));
+}
+
+fn part_ui(ui: &mut Ui, part: &Part, named: bool) {
+    if named {
+        title(ui, &format!("Part: {}", part.name.as_deref().map_or_else(|| "without a name".into(), shown)));
+    }
+    title(ui, "Windows");
+    caption(ui, format!("data: {}", part.window));
+    caption(ui, format!("display: {}", part.display));
+    if part.deep {
+        caption(ui, "deep: many samples a pixel");
+    }
+    title(ui, &format!("{} channels", part.channels.len()));
+    for channel in &part.channels {
+        let sampling = match channel.sampling {
+            [1, 1] => String::new(),
+            [x, y] => format!(", one for every {x} x {y} pixels"),
+        };
+        caption(ui, format!("{}  {}{sampling}", shown(&channel.name), channel.kind));
+    }
+    title(ui, "Attributes");
+    for (name, value) in part.attributes.iter().filter(|(name, _)| name != "channels") {
+        let text = RichText::new(format!("{}: {}", shown(name), shown(value))).small();
+        ui.add(egui::Label::new(text).selectable(true).wrap());
+    }
+}
