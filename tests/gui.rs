@@ -541,13 +541,13 @@ fn a_picture_of_another_program_is_looked_at_and_the_lesson_stays() {
     lab.harness.step();
     assert_eq!(*lab.document(), before);
     for text in
-        ["data: 40 x 30 at (0 0)", "display: 40 x 30 at (0 0)", "13 channels", "light.R  FLOAT", "strategy: mis_all"]
+        ["data: 40 x 30 at (0 0)", "display: 40 x 30 at (0 0)", "RGB in colour", "light.R  FLOAT", "strategy: mis_all"]
     {
         assert!(lab.has(text), "{text}");
     }
     assert!(!lab.has("was not opened"));
-    lab.click("variance.Y");
-    lab.slide("Exposure of the file", 2.0);
+    lab.click("variance.Y  FLOAT");
+    lab.slide("File exposure", 2.0);
     lab.harness.run_steps(3);
     assert_eq!(*lab.document(), before, "it is looked at by itself");
     assert_eq!(lab.app().prefs().recent.first(), Some(&path));

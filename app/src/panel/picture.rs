@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{self, Id, RichText, ScrollArea, Ui, Window, vec2};
-use mislab_renderer::snapshot::{self, Image, Part, layer_and_component, layers_of, shown};
+use mislab_renderer::snapshot::{self, ChannelInfo, Image, Part, layer_and_component, layers_of, shown};
 use mislab_renderer::{Layer, PixelRect};
 
 use crate::files::opening::PictureFile;
@@ -37,7 +37,8 @@ struct Choice {
 impl PictureSheet {
     /// Shows the first layer that there is.
     pub fn new(file: PictureFile) -> Self {
-        let choices = file.image.as_ref().map_or_else(|_| Vec::new(), choices);
+        let announced: Vec<&ChannelInfo> = file.parts.iter().flat_map(|part| &part.channels).collect();
+        let choices = file.image.as_ref().map_or_else(|_| Vec::new(), |image| choices(image, &announced));
         // Drawn by the processor: it is drawn again only when something about it changes.
         let viewport = Viewport::new(None);
         Self { file, choices, chosen: 0, view: ViewState::default(), viewport, planes: None, pixel: None }
@@ -53,18 +54,30 @@ impl PictureSheet {
     }
 }
 
-/// Layers with red, green and blue in colour, then every channel by itself.
-fn choices(image: &Image) -> Vec<Choice> {
+/// Layers with red, green and blue in colour, then every channel by itself, as the file announces it.
+fn choices(image: &Image, announced: &[&ChannelInfo]) -> Vec<Choice> {
     let names: Vec<&str> = image.channels.iter().map(|(name, _)| name.as_str()).collect();
     let colour = layers_of(names.iter().copied()).into_iter().filter_map(|layer| {
         let find = |wanted: &str| {
             let is = |&&c: &&usize| layer_and_component(names[c]).1.eq_ignore_ascii_case(wanted);
             layer.channels.iter().find(is).copied()
         };
-        Some(Choice { channels: [find("R")?, find("G")?, find("B")?], name: layer.name })
+        Some(Choice { channels: [find("R")?, find("G")?, find("B")?], name: format!("{} in colour", layer.name) })
     });
-    let single = names.iter().enumerate().map(|(c, name)| Choice { name: (*name).to_owned(), channels: [c; 3] });
+    let single = names.iter().enumerate().map(|(c, name)| {
+        let channel = announced.iter().find(|channel| channel.name == *name);
+        Choice { name: channel.map_or_else(|| (*name).to_owned(), |channel| described(channel)), channels: [c; 3] }
+    });
     colour.chain(single).collect()
+}
+
+/// "light.R  FLOAT"
+fn described(channel: &ChannelInfo) -> String {
+    let sampling = match channel.sampling {
+        [1, 1] => String::new(),
+        [x, y] => format!(", one for every {x} x {y} pixels"),
+    };
+    format!("{}  {}{sampling}", shown(&channel.name), channel.kind)
 }
 
 /// Where the data window lies in the image that is shown, and the size of that: as large as both windows together.
@@ -98,7 +111,7 @@ pub fn picture_ui(ctx: &egui::Context, sheet: &mut PictureSheet) -> bool {
         .id(Id::unique("picture window"))
         .open(&mut open)
         .collapsible(false)
-        .default_size(room.min(vec2(1040.0, 700.0)))
+        .default_size((0.75 * room).max(vec2(1040.0, 700.0)).min(room))
         .max_size(room)
         .pivot(egui::Align2::CENTER_CENTER)
         .default_pos(ctx.content_rect().center())
@@ -131,8 +144,8 @@ fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
     pixel_ui(ui, sheet);
     if let Some(planes) = sheet.planes() {
         let exposure = ParamSlider {
-            name: "Exposure of the file",
-            label_width: 0.0,
+            name: "File exposure",
+            label_width: 100.0,
             value: f64::from(sheet.view.exposure_ev),
             default: 0.0,
             range: -10.0..=10.0,
@@ -157,8 +170,9 @@ fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
         });
     }
     ScrollArea::vertical().id_salt("about the picture").auto_shrink(false).show(ui, |ui| {
-        if !sheet.choices.is_empty() {
-            title(ui, "Shown");
+        if let Ok(image) = &sheet.file.image {
+            windows_ui(ui, image.window, image.display);
+            title(ui, "Channels");
             for (i, choice) in sheet.choices.iter().enumerate() {
                 if ui.selectable_label(sheet.chosen == i, shown(&choice.name)).clicked() {
                     sheet.chosen = i;
@@ -167,7 +181,10 @@ fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
             }
         }
         for part in &sheet.file.parts {
-            part_ui(ui, part, sheet.file.parts.len() > 1);
+            if sheet.file.image.is_err() {
+                part_ui(ui, part);
+            }
+            attributes_ui(ui, part);
         }
     });
 }
@@ -189,26 +206,27 @@ fn pixel_ui(ui: &mut Ui, sheet: &PictureSheet) {
     caption(ui, format!("({}, {}): {}", at[0], at[1], values.join("  ")));
 }
 
-fn part_ui(ui: &mut Ui, part: &Part, named: bool) {
-    if named {
-        title(ui, &format!("Part: {}", part.name.as_deref().map_or_else(|| "without a name".into(), shown)));
-    }
+fn windows_ui(ui: &mut Ui, data: snapshot::Window, display: snapshot::Window) {
     title(ui, "Windows");
-    caption(ui, format!("data: {}", part.window));
-    caption(ui, format!("display: {}", part.display));
-    if part.deep {
-        caption(ui, "deep: many samples a pixel");
-    }
-    title(ui, &format!("{} channels", part.channels.len()));
+    caption(ui, format!("data: {data}"));
+    caption(ui, format!("display: {display}"));
+}
+
+/// A part whose pixels cannot be shown.
+fn part_ui(ui: &mut Ui, part: &Part) {
+    let kind = if part.deep { " of deep pixels" } else { "" };
+    title(ui, &format!("Part{kind}: {}", part.name.as_deref().map_or_else(|| "without a name".into(), shown)));
+    windows_ui(ui, part.window, part.display);
+    title(ui, "Channels");
     for channel in &part.channels {
-        let sampling = match channel.sampling {
-            [1, 1] => String::new(),
-            [x, y] => format!(", one for every {x} x {y} pixels"),
-        };
-        caption(ui, format!("{}  {}{sampling}", shown(&channel.name), channel.kind));
+        caption(ui, described(channel));
     }
+}
+
+fn attributes_ui(ui: &mut Ui, part: &Part) {
     title(ui, "Attributes");
-    for (name, value) in part.attributes.iter().filter(|(name, _)| name != "channels") {
+    let said = ["channels", "dataWindow", "displayWindow"];
+    for (name, value) in part.attributes.iter().filter(|(name, _)| !said.contains(&name.as_str())) {
         let text = RichText::new(format!("{}: {}", shown(name), shown(value))).small();
         ui.add(egui::Label::new(text).selectable(true).wrap());
     }
