@@ -229,6 +229,50 @@ fn a_window_never_waits_for_a_scene_that_nobody_wants() {
     assert!(start.elapsed() < soon, "the end: {:?}", start.elapsed());
 }
 
+/// Every ray that meets one of its triangles meets all: nothing is left to a tree.
+fn slow_to_render() -> Request {
+    const N: u32 = 100_000;
+    let mut r = large(1);
+    r.settings.image.resolution = [256, 256];
+    let mut scene = (*r.scene).clone();
+    let opaque = scene.shapes.iter_mut().find(|shape| shape.light.is_none()).expect("a plate");
+    opaque.geometry = mislab_renderer::Geometry::Mesh {
+        positions: Arc::new(vec![
+            Vec3::new(-90.0, -50.0, -2.0),
+            Vec3::new(90.0, -50.0, -2.0),
+            Vec3::new(0.0, 90.0, 1.0),
+        ]),
+        triangles: Arc::new(vec![[0, 1, 2]; N as usize]),
+    };
+    r.scene = Arc::new(scene);
+    r
+}
+
+#[test]
+fn a_window_never_waits_for_a_tile_that_nobody_wants() {
+    let rendering = || {
+        let renderer = Renderer::new(1, || {});
+        let picture = renderer.add_picture();
+        picture.submit(slow_to_render());
+        wait_for("a pass", || picture.status().state != State::Building);
+        std::thread::sleep(Duration::from_millis(100));
+        assert_eq!(picture.status().state, State::Rendering, "a scene that takes longer to render");
+        (renderer, picture)
+    };
+    let soon = Duration::from_millis(700);
+    let (renderer, picture) = rendering();
+    picture.submit(small());
+    let waited = wait_for("another scene", || picture.status().state == State::Finished);
+    assert!(waited < soon, "another scene: {waited:?}");
+    drop((picture, renderer));
+
+    let (renderer, picture) = rendering();
+    let start = Instant::now();
+    drop(renderer);
+    drop(picture);
+    assert!(start.elapsed() < soon, "the end: {:?}", start.elapsed());
+}
+
 #[test]
 fn an_edit_that_keeps_the_shapes_does_not_start_their_build_again() {
     const N: usize = 400_000;

@@ -367,7 +367,7 @@ fn picture(built: &BuiltScene, settings: &Settings) -> Vec<Tile> {
     let mut tiles = Vec::new();
     for bounds in Tile::cut(PixelRect { min: [0, 0], max: settings.image.resolution }) {
         let mut tile = Tile::new(bounds, settings.estimator.strategy, None);
-        render_tile(Lanewise::best(), built, settings, &mut tile, 2);
+        render_tile(Lanewise::best(), built, settings, &mut tile, 2, Stop::NEVER).expect("nobody stops it");
         tiles.push(tile);
     }
     tiles

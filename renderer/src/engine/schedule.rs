@@ -1,5 +1,6 @@
 //! What is next for a picture: its request, when a pass begins, and when a frame is due.
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
@@ -42,6 +43,8 @@ pub(super) struct TileTask {
     pub(super) scene: Arc<BuiltScene>,
     pub(super) tile: Option<Arc<Tile>>,
     pub(super) recycled: Option<Tile>,
+    /// See [`super::job::Halt`].
+    pub(super) halted: Arc<AtomicBool>,
 }
 
 /// Frames that nobody may hold any more. With the last one of a generation goes its scene, and to free a large one takes its
@@ -125,10 +128,16 @@ impl PictureState {
     /// See [`super::Picture::restart`].
     pub(super) fn restart(&mut self) -> u64 {
         self.generation += 1;
+        self.halt();
         self.error = None;
         self.worker_panics = 0;
         self.waiting = self.request.is_some();
         self.generation
+    }
+
+    /// Nobody wants the tiles that are being worked on any more.
+    pub(super) fn halt(&self) {
+        self.job.iter().for_each(|job| job.halt.now());
     }
 
     pub(super) fn set_pace(&mut self, pace: Pace) {
@@ -271,6 +280,7 @@ impl PictureState {
             scene: job.scene.clone(),
             tile,
             recycled,
+            halted: job.halt.watch(),
         }))
     }
 

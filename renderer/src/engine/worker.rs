@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -9,7 +10,7 @@ use cpu_time::ThreadTime;
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
 use mislab_kernel::request::{Invalid, Request};
-use mislab_kernel::stop::Stop;
+use mislab_kernel::stop::{Stop, Stopped};
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::{BuiltScene, Unbuilt};
 use thread_priority::ThreadPriority;
@@ -171,7 +172,7 @@ impl Shared {
 
     /// Renders one tile; true if there is news for the window.
     fn render(&self, task: TileTask) -> bool {
-        let TileTask { picture, job, index, rect, count, request, scene, tile, recycled } = task;
+        let TileTask { picture, job, index, rect, count, request, scene, tile, recycled, halted } = task;
         let start = ThreadTime::now();
         // Frames share tiles: one that is shared is copied before it is written to.
         let mut copied = None;
@@ -183,9 +184,14 @@ impl Shared {
                 copy
             }),
         };
-        let rendered =
-            catch_unwind(AssertUnwindSafe(|| render_tile(self.how, &scene, &request.settings, &mut tile, count)))
-                .map_err(|panic| panic_text(&*panic));
+        let stopped = || halted.load(Ordering::Relaxed);
+        let render = || render_tile(self.how, &scene, &request.settings, &mut tile, count, Stop::when(&stopped));
+        let rendered = match catch_unwind(AssertUnwindSafe(render)) {
+            Ok(Ok(invalid)) => Ok(invalid),
+            // The job is gone, and its tiles with it.
+            Ok(Err(Stopped)) => return false,
+            Err(panic) => Err(panic_text(&*panic)),
+        };
         let seconds = start.elapsed().as_secs_f64();
 
         let mut core = self.lock();
