@@ -469,49 +469,6 @@ fn a_bad_file_leaves_the_picture() {
     assert_eq!(*lab.document(), before, "opening is undone like anything else");
 }
 
-/// A scene that takes a moment to read: nothing is shown in its place, and the window is there meanwhile.
-#[test]
-fn the_window_is_there_before_its_scene() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let scene = folder.path().join("big.pbrt");
-    let ball = "Translate 0 0 0.001 Shape \"sphere\" \"float radius\" [0.01]\n";
-    let text = small_scene().replace("WorldEnd", &(ball.repeat(100_000) + "WorldEnd"));
-    std::fs::write(&scene, text).expect("write");
-    let options = AppOptions { scene: Some(scene.clone()), threads: 1, prefs: Some(Prefs::default()) };
-    let start = Instant::now();
-    let harness = Harness::builder()
-        .with_size([1280.0, 1000.0])
-        .with_max_steps(64)
-        .build_eframe(move |cc| MisLabApp::new(cc, options));
-    let mut lab = Lab { harness, folder };
-    lab.harness.step();
-    let there = start.elapsed();
-    assert!(lab.has("Opening big.pbrt"), "said on the picture's place");
-    lab.until("the scene", |lab| {
-        assert!(lab.document().opened.path.is_some() || lab.app().live().frame().is_none(), "no other scene meanwhile");
-        lab.document().opened.path.as_deref() == Some(scene.as_path())
-    });
-    assert!(there < start.elapsed(), "{there:?} of {:?}", start.elapsed());
-    let opened = lab.document().clone();
-    lab.key(Modifiers::COMMAND, Key::Z);
-    assert_eq!(*lab.document(), opened, "there is nothing to go back to");
-    assert_eq!(lab.app().prefs().recent.first(), Some(&scene));
-}
-
-#[test]
-fn a_scene_that_cannot_be_read_at_the_start_is_named() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let options =
-        AppOptions { scene: Some(folder.path().join("none.pbrt")), threads: 1, prefs: Some(Prefs::default()) };
-    let harness = Harness::builder()
-        .with_size([1280.0, 1000.0])
-        .with_max_steps(64)
-        .build_eframe(move |cc| MisLabApp::new(cc, options));
-    let mut lab = Lab { harness, folder };
-    lab.until("the error", |lab| lab.has("none.pbrt was not opened"));
-    lab.until("the default scene", |lab| lab.app().live().current_frame().is_some());
-}
-
 /// An EXR that another program could have written: one of ours, without a word of ours.
 fn foreign(folder: &Path) -> PathBuf {
     let file = mislab_renderer::pbrt::embedded_scene();
@@ -554,6 +511,21 @@ fn a_picture_of_another_program_is_looked_at_and_the_lesson_stays() {
     lab.key(Modifiers::NONE, Key::Escape);
     assert!(!lab.has("Made by another program"));
     assert!(lab.app().live().current_frame().is_some(), "the live picture is where it was");
+}
+
+/// Named on the command line as well.
+#[test]
+fn a_picture_of_another_program_may_be_there_from_the_start() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let options = AppOptions { scene: Some(foreign(folder.path())), threads: 1, prefs: Some(Prefs::default()) };
+    let harness = Harness::builder()
+        .with_size([1280.0, 1000.0])
+        .with_max_steps(64)
+        .build_eframe(move |cc| MisLabApp::new(cc, options));
+    let mut lab = Lab { harness, folder };
+    lab.until("the picture", |lab| lab.has("Made by another program"));
+    lab.harness.step();
+    assert!(!lab.has("was not opened"));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use eframe::egui_wgpu::RenderState;
 use mislab_renderer::Pace;
 
 use crate::files::FileEvent;
-use crate::files::opening::{Found, shipped};
+use crate::files::opening::{read, shipped};
 use crate::files::saving::SaveJob;
 use crate::lab::Lab;
 use crate::layout::{FULL_WIDTH, window_ui};
@@ -61,8 +61,20 @@ impl MisLabApp {
         let stored = || cc.storage.and_then(|s| eframe::get_value::<Prefs>(s, Self::STORAGE_KEY));
         let mut prefs = options.prefs.or_else(stored).unwrap_or_default().sane();
 
-        let opened = shipped(Shipped::Veach);
-        if prefs.save.stem.is_empty() {
+        let mut open_error = None;
+        let opened = options.scene.map(|path| match read(&path) {
+            Ok(opened) => {
+                prefs.remember(path);
+                opened
+            }
+            Err(error) => {
+                open_error = Some(OpenError { path, message: error.to_string() });
+                shipped(Shipped::Veach)
+            }
+        });
+        let from_command_line = opened.is_some();
+        let opened = opened.unwrap_or_else(|| shipped(Shipped::Veach));
+        if from_command_line || prefs.save.stem.is_empty() {
             prefs.save.stem.clone_from(&opened.snapshot_stem);
         }
 
@@ -71,11 +83,11 @@ impl MisLabApp {
         ctx.set_theme(prefs.theme);
         ctx.set_zoom_factor(prefs.zoom);
         let mut lab = Lab::new(ctx, Document::new(opened), prefs, options.threads);
-        if let Some(path) = options.scene {
-            // The window is there at once, however long the file takes to read.
-            lab.starting = Some(path.clone());
-            lab.files.open(path);
+        if let Some(OpenError { path, .. }) = &open_error {
+            // It may be a picture to look at.
+            lab.files.open(path.clone());
         }
+        lab.messages.open_error = open_error;
         let gpu_trouble = GpuTrouble::default();
         if let Some(state) = &cc.wgpu_render_state {
             watch_gpu(state, &gpu_trouble, ctx);
@@ -227,17 +239,14 @@ impl MisLabApp {
     }
 
     fn take_over(&mut self, opened: Opened) {
-        let Lab { document, history, prefs, swatches, sheets, messages, starting, .. } = &mut self.lab;
+        let Lab { document, history, prefs, swatches, sheets, messages, .. } = &mut self.lab;
         prefs.save.stem.clone_from(&opened.snapshot_stem);
         if let Some(path) = &opened.path {
             prefs.remember(path.clone());
         }
         let before = std::mem::replace(document, Document::new(opened));
-        // What nobody has seen is nothing to go back to.
-        if starting.take().is_none() {
-            history.record(before, EditKey("open", 0));
-            history.end_gesture();
-        }
+        history.record(before, EditKey("open", 0));
+        history.end_gesture();
         swatches.clear();
         messages.open_error = None;
         sheets.open = None;
@@ -265,7 +274,7 @@ impl MisLabApp {
     }
 
     fn handle(&mut self, event: FileEvent) {
-        let Lab { prefs, files, sheets, messages, starting, .. } = &mut self.lab;
+        let Lab { prefs, files, sheets, messages, .. } = &mut self.lab;
         match event {
             FileEvent::Picked(path) => files.open(path),
             FileEvent::PickedFolder(folder) => prefs.save.folder = folder,
@@ -273,18 +282,14 @@ impl MisLabApp {
                 let remark = "This desktop offers no file dialog: type a path, or drop a file on the window.";
                 sheets.open = Some(OpenSheet { remark, ..OpenSheet::default() });
             }
-            FileEvent::Opened(Found::Scene(opened)) => self.take_over(*opened),
-            FileEvent::Opened(Found::Picture(file)) => {
+            FileEvent::Opened(opened) => self.take_over(*opened),
+            FileEvent::Picture(file) => {
                 prefs.remember(file.path.clone());
-                *starting = None;
                 messages.open_error = None;
                 sheets.open = None;
                 sheets.picture = Some(PictureSheet::new(*file));
             }
-            FileEvent::OpenFailed { path, message } => {
-                *starting = None;
-                messages.open_error = Some(OpenError { path, message });
-            }
+            FileEvent::OpenFailed { path, message } => messages.open_error = Some(OpenError { path, message }),
             FileEvent::Saved { path, notice } => {
                 let name = path.file_name().map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into());
                 let notice = notice.map_or(String::new(), |n| format!(" ({n})"));
@@ -328,10 +333,7 @@ impl MisLabApp {
 
     /// Hands the renderer what the commands of this pass have made of the document.
     fn submit(&mut self, ctx: &Context) {
-        let Lab { document, engine, pacing, sheets, history, starting, .. } = &mut self.lab;
-        if starting.is_some() {
-            return;
-        }
+        let Lab { document, engine, pacing, sheets, history, .. } = &mut self.lab;
         engine.set_pace(if sheets.table.is_running() { Pace::Paused } else { pacing.pace() });
         for (live, slot) in engine.pictures_mut().iter_mut().zip(document.slots()) {
             live.submit(document.request(slot));

@@ -1,7 +1,5 @@
 //! Everything in the window: what is edited, what renders it, what shows it. Panels draw from it, commands change it.
 
-use std::path::{Path, PathBuf};
-
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 
@@ -46,8 +44,6 @@ pub struct Lab {
     pub sheets: Sheets,
     /// What is to be said.
     pub messages: Messages,
-    /// The file named at the start, until it has been read: nothing is rendered before.
-    pub starting: Option<PathBuf>,
 }
 
 /// What can be opened over the window.
@@ -80,7 +76,6 @@ impl Lab {
             files: Files::new(ctx),
             sheets: Sheets::default(),
             messages: Messages::default(),
-            starting: None,
         };
         lab.match_slots();
         lab
@@ -107,14 +102,6 @@ impl Lab {
     /// Its pane.
     pub fn pane(&self) -> &Pane {
         &self.panes.all()[self.document.active_index()]
-    }
-
-    /// What is being waited for where there is no picture yet.
-    pub fn awaited(&self) -> String {
-        match self.starting.as_deref().and_then(Path::file_name) {
-            Some(name) => format!("Opening {} \u{2026}", name.to_string_lossy()),
-            None => "Rendering the first picture \u{2026}".into(),
-        }
     }
 
     /// The size of type: larger in the projector view.

@@ -113,12 +113,7 @@ fn caption_strip(ui: &mut Ui, lab: &Lab) {
     Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             let frame = lab.live().frame();
-            match frame {
-                Some(frame) => caption::caption_ui(ui, &frame, lab.live().is_behind(), scale),
-                None => {
-                    ui.label(lab.awaited());
-                }
-            }
+            caption::caption_ui(ui, frame.as_deref(), lab.live().is_behind(), scale);
         });
     });
 }
@@ -130,10 +125,9 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     {
         lab.swatches.update(ui.ctx(), &frame, &lab.document.view);
     }
-    let awaited = lab.awaited();
     let mut place = ui.available_rect_before_wrap();
     for (slot, (pane, live)) in lab.panes.all_mut().iter_mut().zip(lab.engine.pictures()).enumerate() {
-        let subject = Subject { slot, live, pointed_at: lab.pointed_at, awaited: &awaited };
+        let subject = Subject { slot, live, pointed_at: lab.pointed_at };
         place = pane.ui(ui, &mut lab.document, &subject, out);
     }
     drop_target(ui, place);
@@ -157,13 +151,11 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
     let sheets = &mut lab.sheets;
     let on_top = sheets.help || sheets.palette.is_some() || sheets.open.is_some();
     if !on_top && ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
-        if sheets.picture.take().is_none() {
-            sheets.table.open = false;
-            lab.messages.open_error = None;
-        }
+        sheets.table.open = false;
+        lab.messages.open_error = None;
     }
     if let Some(sheet) = &mut sheets.picture
-        && !picture::picture_ui(ctx, sheet)
+        && !(picture::picture_ui(ctx, sheet) && (on_top || !ctx.input(|i| i.key_pressed(egui::Key::Escape))))
     {
         sheets.picture = None;
     }

@@ -13,8 +13,9 @@ use eframe::egui;
 use mislab_renderer::Frame;
 use mislab_renderer::snapshot::{self, SaveOptions, write_file};
 
-use self::opening::{Found, read};
+use self::opening::{PictureFile, picture, read};
 use self::saving::{SaveJob, next_free};
+use crate::state::document::Opened;
 
 /// What came of something started here.
 #[derive(Debug)]
@@ -26,7 +27,9 @@ pub enum FileEvent {
     /// No dialog came up: this desktop offers none.
     NoDialog,
     /// A file was read.
-    Opened(Found),
+    Opened(Box<Opened>),
+    /// A picture to look at was read.
+    Picture(Box<PictureFile>),
     /// A file could not be read.
     OpenFailed {
         /// Which.
@@ -112,11 +115,14 @@ impl Files {
         });
     }
 
-    /// Reads a scene or a picture.
+    /// Reads a scene or a snapshot.
     pub fn open(&self, path: PathBuf) {
         self.start("open", move || {
+            if let Some(file) = picture(&path) {
+                return Some(FileEvent::Picture(Box::new(file)));
+            }
             Some(match read(&path) {
-                Ok(found) => FileEvent::Opened(found),
+                Ok(opened) => FileEvent::Opened(Box::new(opened)),
                 Err(error) => FileEvent::OpenFailed { path, message: error.to_string() },
             })
         });

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mislab_renderer::snapshot::{self, Image, Part, Restored};
-use mislab_renderer::{Error, pbrt};
+use mislab_renderer::snapshot::{Image, Part};
+use mislab_renderer::{Error, pbrt, snapshot};
 
 use crate::state::command::Shipped;
 use crate::state::document::Opened;
@@ -18,13 +18,29 @@ pub fn shipped(which: Shipped) -> Opened {
     Opened::from_scene_file(file, None)
 }
 
-/// What a file turned out to be.
-#[derive(Debug)]
-pub enum Found {
-    /// Something to render.
-    Scene(Box<Opened>),
-    /// A picture to look at.
-    Picture(Box<PictureFile>),
+/// Reads a scene or, by its extension, a snapshot.
+///
+/// # Errors
+/// As [`pbrt::load`] and [`snapshot::restore`].
+pub fn read(path: &Path) -> Result<Opened, Error> {
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        return Ok(Opened::from_scene_file(pbrt::load(path)?, Some(path.to_owned())));
+    }
+    let restored = snapshot::restore(path)?;
+    let request = restored.picture_request();
+    let stored = restored.view.as_deref().and_then(|text| serde_json::from_str::<StoredView>(text).ok());
+    let StoredView { layer, view } = stored.unwrap_or_default();
+    let stem = path.file_stem().map_or_else(|| "mislab".into(), |s| s.to_string_lossy().into_owned());
+    Ok(Opened {
+        title: stem.clone(),
+        scene: request.scene,
+        settings: request.settings,
+        layer,
+        view,
+        warnings: Vec::new(),
+        path: Some(path.to_owned()),
+        snapshot_stem: stem,
+    })
 }
 
 /// An EXR file that cannot be rendered again, because another program wrote it or its state cannot be used.
@@ -40,38 +56,17 @@ pub struct PictureFile {
     pub image: Result<Image, String>,
 }
 
-/// Reads a scene or, by its extension, a picture.
-///
-/// # Errors
-/// As [`pbrt::load`] and [`snapshot::info`].
-pub fn read(path: &Path) -> Result<Found, Error> {
+/// A file that is only to be looked at; `None` if it is none of these.
+pub fn picture(path: &Path) -> Option<PictureFile> {
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-        let opened = Opened::from_scene_file(pbrt::load(path)?, Some(path.to_owned()));
-        return Ok(Found::Scene(Box::new(opened)));
+        return None;
     }
-    let info = snapshot::info(path)?;
+    let info = snapshot::info(path).ok()?;
     let remark = match info.restored {
-        Ok(Some(restored)) => return Ok(Found::Scene(Box::new(from_snapshot(path, restored)))),
+        Ok(Some(_)) => return None,
         Ok(None) => "Made by another program: it can be looked at, but not rendered again.".to_owned(),
         Err(error) => format!("It can be looked at, but not rendered again: {error}"),
     };
     let image = snapshot::load_image(path).map_err(|error| error.to_string());
-    Ok(Found::Picture(Box::new(PictureFile { path: path.to_owned(), remark, parts: info.parts, image })))
-}
-
-fn from_snapshot(path: &Path, restored: Restored) -> Opened {
-    let request = restored.picture_request();
-    let stored = restored.view.as_deref().and_then(|text| serde_json::from_str::<StoredView>(text).ok());
-    let StoredView { layer, view } = stored.unwrap_or_default();
-    let stem = path.file_stem().map_or_else(|| "mislab".into(), |s| s.to_string_lossy().into_owned());
-    Opened {
-        title: stem.clone(),
-        scene: request.scene,
-        settings: request.settings,
-        layer,
-        view,
-        warnings: Vec::new(),
-        path: Some(path.to_owned()),
-        snapshot_stem: stem,
-    }
+    Some(PictureFile { path: path.to_owned(), remark, parts: info.parts, image })
 }

@@ -8,7 +8,11 @@ use crate::look::theme::{GRID, Inks, TypeScale};
 use crate::panel::widgets::{cell, seconds, si};
 
 /// Says of the frame on screen, not of the settings, how it came about: true at every moment.
-pub fn caption_ui(ui: &mut Ui, frame: &Frame, updating: bool, scale: TypeScale) {
+pub fn caption_ui(ui: &mut Ui, frame: Option<&Frame>, updating: bool, scale: TypeScale) {
+    let Some(frame) = frame else {
+        ui.label("Rendering the first picture \u{2026}");
+        return;
+    };
     let inks = Inks::of(ui.visuals());
     let settings = &frame.request().settings;
     let stats = frame.stats();

@@ -10,7 +10,7 @@ use crate::files::Files;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks, medium};
 use crate::panel::table_job::TableJob;
-use crate::panel::widgets::{caption, seconds, wide_button};
+use crate::panel::widgets::{caption, seconds, wide_button, with_error};
 use crate::state::prefs::SavePrefs;
 
 /// Everything about the table.
@@ -184,7 +184,11 @@ fn table_grid(ui: &mut Ui, table: &Table) {
 
 fn cell_ui(ui: &mut Ui, cell: &Cell) {
     let cross = if cell.cross { "\u{d7}" } else { "  " };
-    let text = format!("{cross}  {}", cell.quality());
+    let text = match (cell.rel_mse, cell.standard_error) {
+        (Some(value), Some(error)) => format!("{cross}  {}", with_error(value, error)),
+        (Some(value), None) => format!("{cross}  {value:.4}"),
+        _ => format!("{cross}  no pixels"),
+    };
     let text = RichText::new(text);
     ui.label(if cell.cross { text.family(medium()) } else { text.color(ui.visuals().weak_text_color()) });
 }

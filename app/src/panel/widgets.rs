@@ -307,6 +307,12 @@ pub fn seconds(seconds: f64) -> String {
     }
 }
 
+/// A measured value and its standard error, both to the error's first digit: "0.0247 ± 0.0002".
+pub fn with_error(value: f64, error: f64) -> String {
+    let decimals = if error > 0.0 { (-error.log10().floor()).clamp(0.0, 7.0) as usize } else { 4 };
+    format!("{value:.decimals$} \u{b1} {error:.decimals$}")
+}
+
 /// Three digits, as many decimals as that leaves.
 pub fn three_digits(value: f64) -> String {
     let magnitude = value.abs();
@@ -332,6 +338,8 @@ mod tests {
         assert_eq!(seconds(0.4126), "0.41 s");
         assert_eq!(seconds(123.4), "2:03 min");
         assert_eq!(format_value(0.02, Scale::Log(1e-3)), "0.0200");
+        assert_eq!(with_error(0.02471, 0.00021), "0.0247 \u{b1} 0.0002");
+        assert_eq!(with_error(22.61, 4.9), "23 \u{b1} 5");
         assert_eq!(format_value(0.9, Scale::Log(1e-3)), "0.900");
     }
 

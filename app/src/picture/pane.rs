@@ -22,8 +22,6 @@ pub struct Subject<'a> {
     pub live: &'a LivePicture,
     /// What the mouse is on in a panel.
     pub pointed_at: Option<Target>,
-    /// Said where there is no picture yet.
-    pub awaited: &'a str,
 }
 
 /// One picture on screen.
@@ -65,8 +63,9 @@ impl Pane {
         self.pixel = shown.hovered_pixel;
         let rect = shown.response.rect;
         let Some(frame) = frame else {
+            let text = "Rendering the first picture \u{2026}";
             let font = egui::TextStyle::Heading.resolve(ui.style());
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, on.awaited, font, ui.visuals().weak_text_color());
+            ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, font, ui.visuals().weak_text_color());
             return rect;
         };
         if let Some(geometry) = self.geometry {

@@ -152,13 +152,6 @@ pub struct Cell {
     pub cross: bool,
 }
 
-impl Cell {
-    /// relMSE and its standard error for people, with as many digits as are known: the same everywhere.
-    pub fn quality(&self) -> String {
-        report::quality(self)
-    }
-}
-
 /// One file of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TableRow {
