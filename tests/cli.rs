@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use mislab_renderer::{pbrt, snapshot};
+use mislab_renderer::snapshot::Contents;
+use mislab_renderer::{FrameStats, pbrt, snapshot};
 use serde_json::Value;
 
 /// A folder of its own to run the program in.
@@ -481,6 +482,38 @@ fn compare_says_how_far_apart() {
 }
 
 #[test]
+fn compare_takes_a_crop_with_the_whole_and_counts_holes_by_picture() {
+    let place = Place::new();
+    let line = "render --size 16x16 --spp 2 --sampler independent --quiet";
+    place.run(&format!("{line} --outfile full.exr")).expect_code(0);
+    place.run(&format!("{line} --outfile part.exr --cropwindow 0.25 0.5 0.5 1")).expect_code(0);
+    let report = place.json("compare part.exr full.exr");
+    assert_eq!(report["identical"], true, "{report}");
+    assert_eq!((&report["window"]["min"], &report["window"]["size"]), (&[4, 8].into(), &[4, 8].into()));
+    assert_eq!(report["window_b"]["size"], serde_json::json!([16, 16]));
+    let text = place.run("compare part.exr full.exr");
+    assert!(text.out.contains("a part of B's 16 x 16 at (0 0)"), "{}", text.out);
+    assert!(text.out.contains("Every value of these pixels is the same"), "{}", text.out);
+
+    // A picture like the part, with a hole.
+    let mut image = place.image("part.exr");
+    let (_, red) = image.channels.iter_mut().find(|(name, _)| name == "R").expect("red");
+    red[3] = f32::NAN;
+    let request = snapshot::restore(&place.path("part.exr")).expect("a snapshot").request;
+    let bounds = request.settings.pixel_bounds();
+    let stats =
+        FrameStats { paths: 0, render_seconds: 0.0, cpu_seconds: 0.0, threads: 1, simd: "", invalid_samples: 0 };
+    let contents = Contents { request: request.into(), bounds, spp: 2, stats, layers: image.channels };
+    contents.save(&place.path("hole.exr"), &snapshot::SaveOptions::default()).expect("saves");
+    let ran = place.run("compare hole.exr part.exr");
+    ran.expect_code(0);
+    let rgb = ran.out.lines().find(|line| line.starts_with("RGB")).expect("the layer");
+    assert!(rgb.ends_with("1 in A only"), "{rgb}");
+    assert_eq!(rgb.split_whitespace().nth(3), Some("-"), "no MSE of 0: {rgb}");
+    assert_eq!(place.json("compare part.exr hole.exr")["layers"][0]["undefined_in_b"], 1);
+}
+
+#[test]
 fn info_shows_the_settings() {
     let place = Place::new();
     place
@@ -501,6 +534,72 @@ fn info_shows_the_settings() {
     ];
     for (name, expected) in expected {
         assert_eq!(value(name), expected, "{name}");
+    }
+    assert_eq!((value("dataWindow"), value("displayWindow")), ("16 x 16 at (0 0)".into(), "16 x 16 at (0 0)".into()));
+    assert_eq!(value("light.R"), "FLOAT");
+    assert!(ran.out.starts_with("a.exr: written by MIS Lab "), "{}", ran.out);
+}
+
+#[test]
+fn info_shows_what_pictures_of_other_programs_hold() {
+    let place = Place::new();
+    place.run("render --size 16x16 --spp 1 --quiet --outfile a.exr").expect_code(0);
+    // The same file without a word of ours.
+    let mut bytes = std::fs::read(place.path("a.exr")).expect("reads");
+    for name in ["mislabSettings", "mislabFormat"] {
+        let at = bytes.windows(name.len()).position(|w| w == name.as_bytes()).expect("an attribute of ours");
+        bytes[at..at + 6].copy_from_slice(b"others");
+    }
+    std::fs::write(place.path("b.exr"), bytes).expect("writes");
+    let ran = place.run("info b.exr");
+    ran.expect_code(0);
+    assert_eq!(ran.err, "");
+    for part in
+        ["b.exr: not written by MIS Lab", "dataWindow     16 x 16 at (0 0)", "light.R        FLOAT", "13 channels"]
+    {
+        assert!(ran.out.contains(part), "no {part:?} in {}", ran.out);
+    }
+}
+
+/// With less memory than the picture takes there is a message, and no core dump.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_picture_too_large_for_the_memory_is_refused_in_words() {
+    let place = Place::new();
+    let program = env!("CARGO_BIN_EXE_mislab");
+    let run = |line: &str| {
+        // Kilobytes of address space.
+        let script = format!("ulimit -v 1500000; exec {program} {line}");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script]).current_dir(place.0.path()).stdin(Stdio::null());
+        Ran::new(line, command.output().expect("a shell"))
+    };
+    let big = run("render --size 5000x5000 --spp 1 --nthreads 1 --outfile a.exr");
+    big.expect_code(1).expect_err(&["takes about 9.1 GB", "film 2.6 GB", " are free", "crop window"]);
+    assert!(place.files().is_empty());
+    run("render --size 64x64 --spp 1 --nthreads 1 --quiet --outfile b.exr").expect_code(0);
+    run("render --size 5000x5000 --cropwindow 0 0.1 0 0.1 --spp 1 --nthreads 1 --quiet --outfile c.exr").expect_code(0);
+}
+
+/// Whoever opens a pipe to read waits for somebody who writes.
+#[test]
+#[cfg(unix)]
+fn pipes_are_refused_wherever_a_file_is_read() {
+    let place = Place::new();
+    place.run(&format!("{SMALL} --outfile a.exr")).expect_code(0);
+    for name in ["pipe.exr", "pipe.pbrt"] {
+        assert!(Command::new("mkfifo").arg(place.path(name)).status().expect("mkfifo is there").success());
+    }
+    for line in [
+        "info pipe.exr",
+        "compare a.exr pipe.exr",
+        "compare pipe.exr a.exr",
+        "render pipe.exr",
+        "render pipe.pbrt",
+        "table pipe.exr",
+        "pipe.exr",
+    ] {
+        place.run(line).expect_code(1).expect_err(&["not a regular file"]);
     }
 }
 

@@ -527,6 +527,65 @@ fn a_bad_file_leaves_the_picture() {
     assert_eq!(*lab.document(), before, "opening is undone like anything else");
 }
 
+/// An EXR that another program could have written: one of ours, without a word of ours.
+fn foreign(folder: &Path) -> PathBuf {
+    let file = mislab_renderer::pbrt::embedded_scene();
+    let mut settings = file.settings;
+    settings.image.resolution = [40, 30];
+    settings.sampling.spp = std::num::NonZeroU32::new(2);
+    let request = mislab_renderer::Request { scene: file.scene.into(), settings };
+    let frame = mislab_renderer::render(&request, 1, &mut |_| true).expect("renders");
+    let contents = mislab_renderer::snapshot::Contents::from_frame(&frame);
+    let (mut bytes, _) = contents.encode(&Default::default()).expect("encodes");
+    for name in ["mislabSettings", "mislabFormat"] {
+        let at = bytes.windows(name.len()).position(|w| w == name.as_bytes()).expect("an attribute of ours");
+        bytes[at..at + 6].copy_from_slice(b"others");
+    }
+    let path = folder.join("foreign.exr");
+    std::fs::write(&path, bytes).expect("write");
+    path
+}
+
+#[test]
+fn a_picture_of_another_program_is_looked_at_and_the_lesson_stays() {
+    let mut lab = Lab::new();
+    let path = foreign(lab.folder.path());
+    let before = lab.document().clone();
+    lab.apply(Command::OpenPath(path.clone()));
+    lab.until("the picture", |lab| lab.has("Made by another program"));
+    lab.harness.step();
+    assert_eq!(*lab.document(), before);
+    for text in
+        ["data: 40 x 30 at (0 0)", "display: 40 x 30 at (0 0)", "RGB in colour", "light.R  FLOAT", "strategy: mis_all"]
+    {
+        assert!(lab.has(text), "{text}");
+    }
+    assert!(!lab.has("was not opened"));
+    lab.click("variance.Y  FLOAT");
+    lab.slide("File exposure", 2.0);
+    lab.harness.run_steps(3);
+    assert_eq!(*lab.document(), before, "it is looked at by itself");
+    assert_eq!(lab.app().prefs().recent.first(), Some(&path));
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("Made by another program"));
+    assert!(lab.app().live().current_frame().is_some(), "the live picture is where it was");
+}
+
+/// Named on the command line as well.
+#[test]
+fn a_picture_of_another_program_may_be_there_from_the_start() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let options = AppOptions { scene: Some(foreign(folder.path())), threads: 1, prefs: Some(Prefs::default()) };
+    let harness = Harness::builder()
+        .with_size([1280.0, 1000.0])
+        .with_max_steps(64)
+        .build_eframe(move |cc| MisLabApp::new(cc, options));
+    let mut lab = Lab { harness, folder };
+    lab.until("the picture", |lab| lab.has("Made by another program"));
+    lab.harness.step();
+    assert!(!lab.has("was not opened"));
+}
+
 #[test]
 fn a_path_can_be_typed() {
     let mut lab = Lab::new();

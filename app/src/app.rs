@@ -23,6 +23,7 @@ use crate::panel::messages::{OpenError, SaveError};
 use crate::panel::number;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
+use crate::panel::picture::PictureSheet;
 use crate::picture::figure::figure;
 use crate::picture::live::LivePicture;
 use crate::picture::normalise::normalise;
@@ -361,6 +362,13 @@ impl MisLabApp {
             FileEvent::NoDialog => {
                 let remark = "This desktop offers no file dialog: type a path, or drop a file on the window.";
                 sheets.open = Some(OpenSheet { remark, ..OpenSheet::default() });
+            }
+            FileEvent::Picture(file) => {
+                prefs.remember(file.path.clone());
+                messages.open_error = None;
+                sheets.open = None;
+                sheets.picture = Some(PictureSheet::new(*file));
+                self.starting = false;
             }
             FileEvent::Read { reading, changes } => {
                 let Reading { path, outcome, files: _ } = *reading;

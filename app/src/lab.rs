@@ -10,6 +10,7 @@ use crate::look::theme::TypeScale;
 use crate::panel::messages::Messages;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
+use crate::panel::picture::PictureSheet;
 use crate::panel::table::TablePanel;
 use crate::picture::engine::Engine;
 use crate::picture::histogram::Histogram;
@@ -68,6 +69,8 @@ pub struct Sheets {
     pub warnings_read: Option<Arc<Opened>>,
     /// Text was being edited at the end of the last pass: Escape is about that.
     pub typing: bool,
+    /// A picture from elsewhere.
+    pub picture: Option<PictureSheet>,
 }
 
 impl Lab {

@@ -14,8 +14,8 @@ use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::{Caption, aside_ui, waiting_ui};
 use crate::panel::display::Measured;
 use crate::panel::{
-    display, formula, help, hint, menu, messages, open, palette, sampling, save, scene, status, strategy, table,
-    warnings,
+    display, formula, help, hint, menu, messages, open, palette, picture, sampling, save, scene, status, strategy,
+    table, warnings,
 };
 use crate::picture::legend::{self, legend_ui};
 use crate::picture::pane::Subject;
@@ -332,7 +332,9 @@ fn escape(ctx: &egui::Context, lab: &mut Lab) {
     if taken || !ctx.input(|i| i.key_pressed(Key::Escape)) {
         return;
     }
-    if sheets.table.open {
+    if sheets.picture.is_some() {
+        sheets.picture = None;
+    } else if sheets.table.open {
         sheets.table.open = false;
     } else if messages.open_error.is_some() {
         messages.open_error = None;
@@ -346,6 +348,11 @@ fn escape(ctx: &egui::Context, lab: &mut Lab) {
 /// What lies over the window.
 fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Command>) {
     let sheets = &mut lab.sheets;
+    if let Some(sheet) = &mut sheets.picture
+        && !picture::picture_ui(ctx, sheet)
+    {
+        sheets.picture = None;
+    }
     if sheets.table.open {
         let folder = lab.destination.folder(&lab.document);
         table::table_ui(ctx, &mut sheets.table, &lab.document.scene, &folder, &mut lab.files);

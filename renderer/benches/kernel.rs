@@ -4,6 +4,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::stop::Stop;
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{Estimator, PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy, pbrt};
@@ -29,7 +30,7 @@ fn tile(bencher: Bencher<'_, '_>, how: Lanewise, strategy: Strategy, kind: Sampl
     let mut buffers = Some(Tile::new(bounds, strategy, None));
     bencher.counter(ItemsCount::new(paths)).bench_local(|| {
         let mut tile = Tile::new(bounds, strategy, buffers.take());
-        let invalid = render_tile(how, &scene, &settings, &mut tile, BURST);
+        let invalid = render_tile(how, &scene, &settings, &mut tile, BURST, Stop::NEVER);
         buffers = Some(tile);
         invalid
     });

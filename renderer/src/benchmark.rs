@@ -13,6 +13,7 @@ use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
 use mislab_kernel::request::scene::Scene;
 use mislab_kernel::request::{Estimator, ImageSettings, PixelRect, Request, Sampling, Settings, Strategy};
+use mislab_kernel::stop::Stop;
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::BuiltScene;
 use serde::Serialize;
@@ -120,7 +121,7 @@ pub fn rate(how: Lanewise, scene: &BuiltScene, settings: &Settings, layers: bool
             let mut tile = Tile::new(*bounds, settings.estimator.strategy, buffers.take());
             tile.bare = !layers;
             let start = Instant::now();
-            render_tile(how, scene, settings, &mut tile, BURST);
+            render_tile(how, scene, settings, &mut tile, BURST, Stop::NEVER).expect("nobody stops it");
             *shortest = shortest.min(start.elapsed().as_secs_f64());
             buffers = Some(tile);
         }

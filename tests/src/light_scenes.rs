@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use mislab_kernel::bsdf::Material;
 use mislab_kernel::geometry::shape::{Ball, Facet};
 use mislab_kernel::light::{Light, LightShape, Lights};
+use mislab_kernel::stop::Stop;
 
 use crate::charts::{Chart, frame};
 
@@ -40,7 +41,7 @@ pub fn facet(p0: Vec3, e1: Vec3, e2: Vec3, quad: bool, flip: bool) -> Light {
 impl View {
     /// Lights seen from a point.
     pub fn new(name: impl Into<String>, p: Vec3, lights: Vec<Light>) -> Self {
-        Self { name: name.into(), lights: Lights::new(lights), p }
+        Self { name: name.into(), lights: Lights::new(lights, Stop::NEVER).expect("nobody stops it"), p }
     }
 
     /// From the point to this one, as single precision has it.

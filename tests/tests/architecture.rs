@@ -5,13 +5,15 @@ use std::path::Path;
 
 /// The kernel's modules, each of which knows only those before it.
 const KERNEL: &[&str] =
-    &["lanes", "request", "sampler", "warp", "bsdf", "geometry", "light", "world", "estimator", "film", "tile"];
+    &["lanes", "request", "stop", "sampler", "warp", "bsdf", "geometry", "light", "world", "estimator", "film", "tile"];
 
 /// The renderer's.
 const RENDERER: &[&str] = &[
     "near",
     "error",
+    "file",
     "layer",
+    "memory",
     "frame",
     "engine",
     "inspect",

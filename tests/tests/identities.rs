@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use glam::Vec3;
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
+use mislab_kernel::stop::Stop;
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{
@@ -160,7 +161,8 @@ fn cutting_samples_into_passes_does_not_change_a_bit() {
             let render = |passes: &[u32]| {
                 let mut tile = Tile::new(bounds, settings.estimator.strategy, None);
                 for &count in passes {
-                    assert_eq!(render_tile(how, &built, &settings, &mut tile, count), 0, "valid samples");
+                    let invalid = render_tile(how, &built, &settings, &mut tile, count, Stop::NEVER);
+                    assert_eq!(invalid, Ok(0), "valid samples");
                 }
                 tile
             };

@@ -6,6 +6,7 @@ use mislab_kernel::geometry::Geometry;
 use mislab_kernel::geometry::list::List;
 use mislab_kernel::lanes::{Lanes, Lanewise, PACKET, Real, Task, Uint};
 use mislab_kernel::light::{Light, LightShape, Lights};
+use mislab_kernel::stop::Stop;
 use mislab_kernel::world::culling::Patches;
 use mislab_tests::depth::depth;
 use mislab_tests::light_scenes::{ball, facet, random};
@@ -156,7 +157,14 @@ impl Task for Ask<'_> {
 }
 
 fn no_list() -> List {
-    Patches::new(&Geometry::new(Vec::new(), Vec::new()), &Lights::default(), Vec3::ZERO, 0.0).everything().lights
+    Patches::new(
+        &Geometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
+        &Lights::default(),
+        Vec3::ZERO,
+        0.0,
+    )
+    .everything()
+    .lights
 }
 
 #[test]
@@ -170,8 +178,8 @@ fn the_tree_finds_what_asking_every_light_finds() {
         let mut random = Random(seed, 0);
         let lights = heap(kind, &mut random);
         let rays: Vec<Ray> = (0..600).map(|_| ray(&lights, &mut random)).collect();
-        let tree = Lights::new(lights.clone());
-        let all = Lights::new(lights).without_tree();
+        let tree = Lights::new(lights.clone(), Stop::NEVER).expect("nobody stops it");
+        let all = Lights::new(lights, Stop::NEVER).expect("nobody stops it").without_tree();
         assert!(tree.has_tree() && !all.has_tree());
         for how in Lanewise::all() {
             let found = how.run(Ask(&tree, &rays, &list));
@@ -211,7 +219,7 @@ fn lanes_do_not_know_of_each_other() {
         let mut random = Random(seed, 0);
         let lights = heap(kind, &mut random);
         let rays: Vec<Ray> = (0..200).map(|_| ray(&lights, &mut random)).collect();
-        let lights = Lights::new(lights);
+        let lights = Lights::new(lights, Stop::NEVER).expect("nobody stops it");
         for how in Lanewise::all() {
             let together = how.run(Ask(&lights, &rays, &list));
             for (i, expected) in together.iter().enumerate() {
@@ -230,7 +238,7 @@ fn levels_agree() {
         let mut random = Random(seed, 0);
         let lights = heap(seed as usize % KINDS.len(), &mut random);
         let rays: Vec<Ray> = (0..500).map(|_| ray(&lights, &mut random)).collect();
-        let lights = Lights::new(lights);
+        let lights = Lights::new(lights, Stop::NEVER).expect("nobody stops it");
         let fused: Vec<_> =
             Lanewise::all().into_iter().filter(|how| ["AVX-512", "AVX2"].contains(&how.name())).collect();
         let answers: Vec<_> = fused.iter().map(|how| how.run(Ask(&lights, &rays, &list))).collect();

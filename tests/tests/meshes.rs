@@ -9,6 +9,7 @@ use mislab_kernel::geometry::Geometry;
 use mislab_kernel::geometry::list::List;
 use mislab_kernel::geometry::shape::{Ball, Facet};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, Uint};
+use mislab_kernel::stop::Stop;
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::BuiltScene;
 use mislab_kernel::world::culling::Patches;
@@ -236,7 +237,14 @@ impl Task for AskAll<'_> {
 }
 
 fn no_list() -> List {
-    Patches::new(&Geometry::new(Vec::new(), Vec::new()), &Default::default(), Vec3::ZERO, 0.0).everything().surfaces
+    Patches::new(
+        &Geometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
+        &Default::default(),
+        Vec3::ZERO,
+        0.0,
+    )
+    .everything()
+    .surfaces
 }
 
 #[test]
@@ -249,7 +257,7 @@ fn the_tree_finds_what_asking_every_primitive_finds() {
         let kind = seed as usize % KINDS.len();
         let mut random = Random(seed);
         let (facets, balls) = heap(kind, &mut random);
-        let geometry = Geometry::new(facets, balls);
+        let geometry = Geometry::new(facets, balls, Stop::NEVER).expect("nobody stops it");
         assert!(geometry.has_tree());
         let styles: Vec<usize> = (0..60).map(|i| i % STYLES).collect();
         let rays = styles.iter().flat_map(|&style| packet(&geometry, style, kind == STEPS, &mut random));
@@ -295,7 +303,7 @@ fn a_ray_meets_the_same_alone_and_in_any_packet() {
         let mut random = Random(1000 + seed);
         let kind = seed as usize % KINDS.len();
         let (facets, balls) = heap(kind, &mut random);
-        let geometry = Geometry::new(facets, balls);
+        let geometry = Geometry::new(facets, balls, Stop::NEVER).expect("nobody stops it");
         let rays: Vec<Ray> = (0..12).flat_map(|i| packet(&geometry, i % STYLES, kind == STEPS, &mut random)).collect();
         let ways = Lanewise::all();
         let answers: Vec<_> = ways.iter().map(|&how| how.run(AskTree(&geometry, &rays, &list))).collect();
@@ -359,7 +367,7 @@ fn picture(built: &BuiltScene, settings: &Settings) -> Vec<Tile> {
     let mut tiles = Vec::new();
     for bounds in Tile::cut(PixelRect { min: [0, 0], max: settings.image.resolution }) {
         let mut tile = Tile::new(bounds, settings.estimator.strategy, None);
-        render_tile(Lanewise::best(), built, settings, &mut tile, 2);
+        render_tile(Lanewise::best(), built, settings, &mut tile, 2, Stop::NEVER).expect("nobody stops it");
         tiles.push(tile);
     }
     tiles
@@ -378,7 +386,7 @@ fn shared_geometry_gives_the_picture_of_a_fresh_build() {
         let mut scene = first.clone();
         change(&mut scene);
         let fresh = BuiltScene::new(&scene, &settings).expect("the scene can be built");
-        let shared = BuiltScene::with_known(&scene, &settings, &known).expect("the scene can be built");
+        let shared = BuiltScene::with_known(&scene, &settings, &known, Stop::NEVER).expect("the scene can be built");
         assert!(picture(&shared, &settings) == picture(&fresh, &settings), "the same picture");
         Arc::ptr_eq(&shared.geometry, &known[0].geometry)
     };
@@ -401,7 +409,7 @@ fn shared_geometry_gives_the_picture_of_a_fresh_build() {
         let mut scene = veach.clone();
         change(&mut scene);
         let fresh = BuiltScene::new(&scene, settings).expect("the scene can be built");
-        let shared = BuiltScene::with_known(&scene, settings, &known).expect("the scene can be built");
+        let shared = BuiltScene::with_known(&scene, settings, &known, Stop::NEVER).expect("the scene can be built");
         assert!(picture(&shared, settings) == picture(&fresh, settings), "the same picture");
         assert!(Arc::ptr_eq(&shared.geometry, &known[0].geometry), "shared geometry");
         shared.sees_with(&known[0])

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
 use mislab_kernel::light::LightShape;
+use mislab_kernel::stop::Stop;
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{
@@ -169,7 +170,8 @@ fn lists_lose_nothing() {
         for bounds in Tile::cut(PixelRect { min: [0, 0], max: [side, side] }) {
             let render = |scene: &BuiltScene| {
                 let mut tile = Tile::new(bounds, strategy, None);
-                let invalid = render_tile(Lanewise::best(), scene, &settings, &mut tile, 4);
+                let invalid = render_tile(Lanewise::best(), scene, &settings, &mut tile, 4, Stop::NEVER)
+                    .expect("nobody stops it");
                 assert_eq!(invalid, 0, "{name}: invalid samples");
                 tile
             };

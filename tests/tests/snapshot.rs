@@ -9,7 +9,7 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use glam::{DMat4, DVec3, Vec3};
 use mislab_renderer::pbrt::embedded_scene;
-use mislab_renderer::snapshot::{Contents, SaveOptions, info, load_image, restore, save};
+use mislab_renderer::snapshot::{Contents, SaveOptions, info, layers_of, load_image, restore, save, shown};
 use mislab_renderer::{
     Bsdf, Camera, Channel, Estimator, FrameStats, Geometry, Heuristic, ImageSettings, Light, Material,
     OneSampleWeights, PixelRect, Reflectance, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings, Shape,
@@ -188,7 +188,7 @@ fn attributes_are_readable_without_this_program() {
     let folder = folder();
     let info = info(&write(&folder, "a.exr", &encoded())).expect("reads");
     let get = |name: &str| {
-        let found = info.attributes.iter().find(|(n, _)| n == name);
+        let found = info.parts[0].attributes.iter().find(|(n, _)| n == name);
         found.unwrap_or_else(|| panic!("attribute {name} is missing")).1.as_str()
     };
     for (name, value) in [
@@ -219,8 +219,8 @@ fn attributes_are_readable_without_this_program() {
     ] {
         assert_eq!(get(name), value, "attribute {name}");
     }
-    assert!(info.attributes.iter().all(|(name, _)| name.len() <= 31), "OpenEXR's limit of attribute names");
-    assert!(info.restored.is_ok());
+    assert!(info.parts[0].attributes.iter().all(|(name, _)| name.len() <= 31), "OpenEXR's limit of attribute names");
+    assert!(info.restored.is_ok_and(|restored| restored.is_some()));
 }
 
 #[test]
@@ -340,7 +340,101 @@ fn files_of_other_programs_load_and_say_that_they_are_foreign() {
     let error = restore(&path).expect_err("foreign").to_string();
     assert!(error.contains("foreign.exr") && error.contains("was not written by MIS Lab"), "{error}");
     let info = info(&path).expect("reads");
-    assert!(info.restored.is_err() && info.attributes.iter().any(|(n, _)| n == "channels"));
+    assert!(matches!(info.restored, Ok(None)), "foreign, not damaged");
+    let [part] = info.parts.as_slice() else { panic!("one part") };
+    assert_eq!((part.window.min, part.window.size, part.deep), ([-3, 4], [7, 5], false));
+    assert_eq!(part.display.size, [7, 5]);
+    let channels: Vec<_> = part.channels.iter().map(|c| (c.name.as_str(), c.kind, c.sampling)).collect();
+    assert_eq!(channels, [("A", "HALF", [1, 1]), ("albedo.R", "FLOAT", [1, 1]), ("id", "UINT", [1, 1])]);
+    assert!(part.attributes.iter().any(|(n, _)| n == "compression"));
+}
+
+#[test]
+fn files_of_several_parts_say_what_they_hold() {
+    use exr::prelude::*;
+    let folder = folder();
+    let path = folder.path().join("parts.exr");
+    let part = |name: &str, channel: &str, size: usize| {
+        let values = FlatSamples::F32((0..size * size).map(|i| i as f32).collect());
+        let channels = AnyChannels::sort([AnyChannel::new(channel, values)].into_iter().collect());
+        Layer::new((size, size), LayerAttributes::named(name), Encoding::UNCOMPRESSED, channels)
+    };
+    let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((8, 8)));
+    let parts = [part("beauty", "R", 8), part("depth", "Z", 4)];
+    Image::from_layers(attributes, parts.into_iter().collect::<Vec<_>>()).write().to_file(&path).expect("writes");
+    let info = info(&path).expect("reads");
+    assert!(matches!(info.restored, Ok(None)));
+    let said: Vec<_> =
+        info.parts.iter().map(|p| (p.name.as_deref(), p.window.size, p.channels[0].name.as_str())).collect();
+    assert_eq!(said, [(Some("beauty"), [8, 8], "R"), (Some("depth"), [4, 4], "Z")]);
+    let error = load_image(&path).expect_err("two pictures").to_string();
+    assert!(error.contains("2 parts"), "{error}");
+}
+
+/// The header of a file whose pixels hold many samples each, which no library of ours decodes.
+#[test]
+fn files_of_deep_pixels_say_what_they_hold() {
+    let mut bytes = vec![0x76, 0x2f, 0x31, 0x01, 2, 0b1000, 0, 0];
+    let mut attribute = |name: &str, kind: &str, value: &[u8]| {
+        for text in [name, kind] {
+            bytes.extend(text.as_bytes());
+            bytes.push(0);
+        }
+        bytes.extend((value.len() as u32).to_le_bytes());
+        bytes.extend(value);
+    };
+    let numbers = |list: &[i32]| list.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>();
+    let channel = |name: &str| [name.as_bytes(), &[0], &numbers(&[2, 0, 1, 1])].concat();
+    attribute("channels", "chlist", &[channel("A"), channel("Z"), vec![0]].concat());
+    attribute("chunkCount", "int", &numbers(&[3]));
+    attribute("compression", "compression", &[0]);
+    attribute("dataWindow", "box2i", &numbers(&[-1, 0, 4, 2]));
+    attribute("displayWindow", "box2i", &numbers(&[0, 0, 9, 9]));
+    attribute("lineOrder", "lineOrder", &[0]);
+    attribute("maxSamplesPerPixel", "int", &numbers(&[7]));
+    attribute("name", "string", b"smoke");
+    attribute("pixelAspectRatio", "float", &1f32.to_le_bytes());
+    attribute("screenWindowCenter", "v2f", &[0; 8]);
+    attribute("screenWindowWidth", "float", &1f32.to_le_bytes());
+    attribute("type", "string", b"deepscanline");
+    attribute("version", "int", &numbers(&[1]));
+    bytes.extend([0; 64]);
+    let folder = folder();
+    let path = write(&folder, "deep.exr", &bytes);
+    let info = info(&path).expect("reads");
+    let part = &info.parts[0];
+    assert_eq!((part.name.as_deref(), part.deep, part.window.size), (Some("smoke"), true, [6, 3]));
+    assert_eq!(part.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["A", "Z"]);
+    let error = load_image(&path).expect_err("deep").to_string();
+    assert!(error.contains("deep"), "{error}");
+}
+
+/// A pipe has no end that a reader could wait for.
+#[test]
+#[cfg(unix)]
+fn a_pipe_is_refused_and_not_waited_for() {
+    let folder = folder();
+    let path = folder.path().join("pipe.exr");
+    let made = Command::new("mkfifo").arg(&path).status().expect("mkfifo is there");
+    assert!(made.success());
+    let errors = [
+        load_image(&path).map(drop).expect_err("a pipe"),
+        info(&path).map(drop).expect_err("a pipe"),
+        restore(&path).map(drop).expect_err("a pipe"),
+        mislab_renderer::pbrt::load(&path).map(drop).expect_err("a pipe"),
+    ];
+    for error in errors.map(|e| e.to_string()) {
+        assert!(error.contains("pipe.exr: not a regular file, expected "), "{error}");
+    }
+}
+
+#[test]
+fn layers_are_a_matter_of_names() {
+    let layers = layers_of(["B", "G", "R", ".A", "a.b.Y", "light.B", "light.R"]);
+    let found: Vec<_> = layers.iter().map(|l| (l.name.as_str(), l.channels.as_slice())).collect();
+    assert_eq!(found, [("RGB", &[0, 1, 2, 3][..]), ("a.b", &[4]), ("light", &[5, 6])]);
+    assert_eq!(shown("two\nlines \u{1b}[31m"), "two\\nlines \\u{1b}[31m");
+    assert_eq!(shown(&"x".repeat(401)), "(401 bytes)");
 }
 
 #[test]

@@ -43,14 +43,21 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
 
 /// For people: one line per layer, then per channel.
 fn text(a: &Path, b: &Path, comparison: &Comparison) -> String {
-    let mut text = format!("A: {}\nB: {} (the reference)\npixels: {}\n", a.display(), b.display(), comparison.window);
+    let mut text = format!("A: {}\nB: {} (the reference)\npixels: {}", a.display(), b.display(), comparison.window);
+    for (which, window) in [("A", comparison.window_a), ("B", comparison.window_b)] {
+        if window != comparison.window {
+            let _ = write!(text, ", a part of {which}'s {window}");
+        }
+    }
+    text.push('\n');
     if comparison.is_identical() {
-        text.push_str("Every value is the same.\n");
+        let whole = comparison.window_a == comparison.window_b;
+        let _ = writeln!(text, "Every value{} is the same.", if whole { "" } else { " of these pixels" });
     }
     let _ = writeln!(
         text,
-        "\n{:<16} {:>12} {:>12} {:>12} {:>12} {:>12}  {:<12} undefined",
-        "", "mean A", "mean B", "MSE", "relMSE", "max |A-B|", "at"
+        "\n{:<16} {:>12} {:>12} {:>12} {:>12} {:>12}  {:<12} {:>9}  undefined",
+        "", "mean A", "mean B", "MSE", "relMSE", "max |A-B|", "at", "values"
     );
     for difference in comparison.layers.iter().chain(&comparison.channels) {
         text.push_str(&line(difference));
@@ -64,22 +71,36 @@ fn text(a: &Path, b: &Path, comparison: &Comparison) -> String {
 }
 
 fn line(difference: &Difference) -> String {
-    let Difference { name, mean_a, mean_b, mse, rel_mse, maximum, compared: _, both_undefined, undefined_mismatch } =
-        difference;
+    let Difference {
+        name,
+        mean_a,
+        mean_b,
+        mse,
+        rel_mse,
+        maximum,
+        compared,
+        both_undefined,
+        undefined_in_a,
+        undefined_in_b,
+        undefined_differently,
+    } = difference;
     let number = |value: &Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.5e}"));
-    let undefined = match (both_undefined, undefined_mismatch) {
-        (0, 0) => String::new(),
-        (both, 0) => format!("{both} in both"),
-        (both, one) => format!("{both} in both, {one} in one only"),
-    };
+    let counts = [
+        (undefined_in_a, "in A only"),
+        (undefined_in_b, "in B only"),
+        (both_undefined, "in both"),
+        (undefined_differently, "in both, not alike"),
+    ];
+    let undefined = counts.iter().filter(|(n, _)| **n > 0).map(|(n, where_)| format!("{n} {where_}"));
     let line = format!(
-        "{name:<16} {:>12} {:>12} {:>12} {:>12} {:>12}  {:<12} {undefined}",
+        "{name:<16} {:>12} {:>12} {:>12} {:>12} {:>12}  {:<12} {compared:>9}  {}",
         number(mean_a),
         number(mean_b),
         number(mse),
         number(rel_mse),
         number(&maximum.map(|m| m.value)),
         maximum.map_or_else(|| "-".to_owned(), |m| format!("{}, {}", m.x, m.y)),
+        undefined.collect::<Vec<_>>().join(", "),
     );
     line.trim_end().to_owned() + "\n"
 }

@@ -19,7 +19,7 @@ use eframe::egui;
 use mislab_renderer::Frame;
 use mislab_renderer::snapshot::{self, SaveOptions};
 
-use self::opening::{Reading, read};
+use self::opening::{PictureFile, Reading, picture, read};
 use self::queue::Queue;
 use self::saving::{NotSaved, SaveJob, Saved, write_free};
 use self::watching::{Watched, Watcher};
@@ -35,6 +35,8 @@ pub enum FileEvent {
     PickedFolder(PathBuf),
     /// No dialog came up: this desktop offers none.
     NoDialog,
+    /// A picture to look at was read.
+    Picture(Box<PictureFile>),
     /// A file was read, or could not be.
     Read {
         /// What came of it.
@@ -92,6 +94,8 @@ pub struct Files {
     failed: bool,
     /// What it reads, and what that depended on the last time.
     last: Option<(PathBuf, Vec<Watched>)>,
+    /// The one before: it goes on being looked after if the last one is only looked at.
+    previous: Option<(PathBuf, Vec<Watched>)>,
 }
 
 impl Files {
@@ -114,6 +118,7 @@ impl Files {
             reading: None,
             failed: false,
             last: None,
+            previous: None,
         }
     }
 
@@ -141,6 +146,8 @@ impl Files {
                     self.failed = reading.outcome.is_err();
                     self.watcher.watch(&reading.files);
                     self.last = Some((reading.path.clone(), reading.files.clone()));
+                } else {
+                    self.last = self.previous.take();
                 }
             }
             Origin::Queue => drop(self.saving.pop_front()),
@@ -171,6 +178,7 @@ impl Files {
             FileEvent::Picked(_)
             | FileEvent::PickedFolder(_)
             | FileEvent::NoDialog
+            | FileEvent::Picture(_)
             | FileEvent::Read { .. }
             | FileEvent::Changed
             | FileEvent::Saved(_)
@@ -234,14 +242,18 @@ impl Files {
         });
     }
 
-    /// Reads a scene or a snapshot, again if it was the last one. Whatever was being read before is given up.
+    /// Reads a scene or a picture, again if it was the last one. Whatever was being read before is given up.
     pub fn open(&mut self, path: PathBuf) {
         self.readings += 1;
         self.reading = Some(Instant::now());
         self.ctx.request_repaint_after(NOTICEABLE);
-        let before = self.last.take().filter(|(last, _)| *last == path).map(|(_, files)| files);
+        self.previous = self.last.take();
+        let before = self.previous.as_ref().filter(|(last, _)| *last == path).map(|(_, files)| files.clone());
         self.last = Some((path.clone(), before.clone().unwrap_or_default()));
         self.start("open", Origin::Reading(self.readings), move || {
+            if let Some(file) = picture(&path) {
+                return Some(FileEvent::Picture(Box::new(file)));
+            }
             let reading = read(path, before.as_deref().unwrap_or_default());
             let changes = before.map(|before| watching::changes(&before, &reading.files));
             Some(FileEvent::Read { reading: Box::new(reading), changes })

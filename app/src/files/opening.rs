@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use mislab_renderer::snapshot::{Image, Part};
 use mislab_renderer::{Error, pbrt, snapshot};
 
 use crate::files::watching::{Watched, stamp};
@@ -95,4 +96,32 @@ fn unreadable(error: &Error, files: &[Watched]) -> Unreadable {
         Error::Io { .. } | Error::File { .. } | Error::Invalid(_) => None,
     };
     Unreadable { message: error.to_string(), line }
+}
+
+/// An EXR file that cannot be rendered again, because another program wrote it or its state cannot be used.
+#[derive(Debug)]
+pub struct PictureFile {
+    /// The file.
+    pub path: PathBuf,
+    /// Why it is only to be looked at.
+    pub remark: String,
+    /// What it says about itself.
+    pub parts: Vec<Part>,
+    /// Its pixels, or why they cannot be shown.
+    pub image: Result<Image, String>,
+}
+
+/// A file that is only to be looked at; `None` if it is none of these.
+pub fn picture(path: &Path) -> Option<PictureFile> {
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        return None;
+    }
+    let info = snapshot::info(path).ok()?;
+    let remark = match info.restored {
+        Ok(Some(_)) => return None,
+        Ok(None) => "Made by another program: it can be looked at, but not rendered again.".to_owned(),
+        Err(error) => format!("It can be looked at, but not rendered again: {error}"),
+    };
+    let image = snapshot::load_image(path).map_err(|error| error.to_string());
+    Some(PictureFile { path: path.to_owned(), remark, parts: info.parts, image })
 }

@@ -12,6 +12,7 @@ pub mod messages;
 pub mod number;
 pub mod open;
 pub mod palette;
+pub mod picture;
 pub mod sampling;
 pub mod save;
 pub mod scene;

@@ -44,6 +44,7 @@ pub mod lanes;
 pub mod light;
 pub mod request;
 pub mod sampler;
+pub mod stop;
 pub mod tile;
 pub mod warp;
 pub mod world;

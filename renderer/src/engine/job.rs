@@ -1,7 +1,7 @@
 //! One generation of a picture being rendered: its tiles, its passes and what they have taken.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 use mislab_kernel::film::Tile;
@@ -22,6 +22,28 @@ pub(super) struct Machine {
     pub(super) simd: &'static str,
 }
 
+/// Tells workers that nobody wants the tiles they are at any more: at the latest when the job goes that has it.
+#[derive(Default)]
+pub(super) struct Halt(Arc<AtomicBool>);
+
+impl Halt {
+    /// From here on.
+    pub(super) fn now(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// For a worker: true once it is time to stop.
+    pub(super) fn watch(&self) -> Arc<AtomicBool> {
+        self.0.clone()
+    }
+}
+
+impl Drop for Halt {
+    fn drop(&mut self) {
+        self.now();
+    }
+}
+
 /// One generation being rendered.
 pub(super) struct Job {
     pub(super) id: u64,
@@ -40,6 +62,7 @@ pub(super) struct Job {
     /// Processor time of all complete passes.
     pub(super) cpu_seconds: f64,
     pub(super) invalid: u64,
+    pub(super) halt: Halt,
     bounds: PixelRect,
     render_seconds: f64,
     machine: Machine,
@@ -73,6 +96,7 @@ impl Job {
             last_start: None,
             cpu_seconds: 0.0,
             invalid: 0,
+            halt: Halt::default(),
             bounds,
             render_seconds: 0.0,
             machine,

@@ -98,7 +98,10 @@ impl Renderer {
 
 impl Drop for Renderer {
     fn drop(&mut self) {
-        self.shared.lock().shutdown = true;
+        let mut core = self.shared.lock();
+        core.shutdown = true;
+        core.pictures.iter().for_each(PictureState::halt);
+        drop(core);
         self.shared.work.notify_all();
         for worker in self.workers.drain(..) {
             // A worker that panicked outside a tile has said so already.

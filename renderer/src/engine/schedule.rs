@@ -1,5 +1,6 @@
 //! What is next for a picture: its request, when a pass begins, and when a frame is due.
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
@@ -42,6 +43,8 @@ pub(super) struct TileTask {
     pub(super) scene: Arc<BuiltScene>,
     pub(super) tile: Option<Arc<Tile>>,
     pub(super) recycled: Option<Tile>,
+    /// See [`super::job::Halt`].
+    pub(super) halted: Arc<AtomicBool>,
 }
 
 /// Frames that nobody may hold any more. With the last one of a generation goes its scene, and to free a large one takes its
@@ -63,13 +66,15 @@ pub(super) struct PictureState {
     pub(super) id: u64,
     pub(super) generation: u64,
     /// What was asked for last.
-    request: Option<Arc<Request>>,
+    pub(super) request: Option<Arc<Request>>,
     /// It waits for a worker to build its scene.
     waiting: bool,
     building: bool,
     job: Option<Job>,
     /// The last scene built, whose geometry the next one may share.
     pub(super) built: Option<Arc<BuiltScene>>,
+    /// Bytes that it keeps by now, as far as they were foreseen.
+    pub(super) granted: u64,
     pace: Pace,
     steps: u32,
     error: Option<String>,
@@ -91,6 +96,7 @@ impl PictureState {
             building: false,
             job: None,
             built: None,
+            granted: 0,
             pace: Pace::Full,
             steps: 0,
             error: None,
@@ -122,10 +128,16 @@ impl PictureState {
     /// See [`super::Picture::restart`].
     pub(super) fn restart(&mut self) -> u64 {
         self.generation += 1;
+        self.halt();
         self.error = None;
         self.worker_panics = 0;
         self.waiting = self.request.is_some();
         self.generation
+    }
+
+    /// Nobody wants the tiles that are being worked on any more.
+    pub(super) fn halt(&self) {
+        self.job.iter().for_each(|job| job.halt.now());
     }
 
     pub(super) fn set_pace(&mut self, pace: Pace) {
@@ -209,7 +221,9 @@ impl PictureState {
     /// Something to do for this picture, or how long until there may be. A pass that begins now has at most `room` samples
     /// per pixel.
     pub(super) fn claim(&mut self, now: Instant, room: u32) -> Result<Task, Duration> {
+        // One scene at a time: the one being built is given up, or its geometry serves the next one.
         if self.waiting
+            && !self.building
             && let Some(request) = self.request.clone()
         {
             (self.waiting, self.building) = (false, true);
@@ -266,26 +280,25 @@ impl PictureState {
             scene: job.scene.clone(),
             tile,
             recycled,
+            halted: job.halt.watch(),
         }))
     }
 
-    /// Takes a built scene; what it replaces comes back, to be dropped where no lock is held.
+    /// Takes a built scene, `None` if it was given up; what it replaces comes back, to be dropped where no lock is held.
     pub(super) fn take_built(
         &mut self,
         generation: u64,
         request: Arc<Request>,
-        built: Result<Arc<BuiltScene>, Invalid>,
+        built: Option<Result<Arc<BuiltScene>, Invalid>>,
         machine: Machine,
     ) -> (Option<Arc<BuiltScene>>, bool) {
+        self.building = false;
         // Even where the request has changed since: the next one may want the same geometry.
         let replaced = match &built {
-            Ok(scene) => self.built.replace(scene.clone()),
-            Err(_) => None,
+            Some(Ok(scene)) => self.built.replace(scene.clone()),
+            Some(Err(_)) | None => None,
         };
-        if self.generation != generation {
-            return (replaced, false);
-        }
-        self.building = false;
+        let Some(built) = built.filter(|_| self.generation == generation) else { return (replaced, false) };
         self.retire_job();
         match built {
             Ok(scene) => self.job = Some(Job::new(generation, request, scene, machine)),
@@ -418,7 +431,7 @@ mod tests {
         p.set_pace(Pace::Paused);
         let generation = p.submit(request.clone());
         assert!(matches!(p.claim(Instant::now(), 1), Ok(Task::Build { .. })));
-        p.take_built(generation, request, built, Machine::default());
+        p.take_built(generation, request, Some(built), Machine::default());
         for spp in 1..9 {
             assert!(matches!(pass(&mut p), Outcome::Pass(Some(_))), "a frame at {spp} spp");
             assert_eq!((p.status().state, p.status().spp), (State::Paused, spp));

@@ -1,6 +1,8 @@
 //! The worker threads: they build scenes, render tiles, and survive panics.
 
+use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -8,12 +10,14 @@ use cpu_time::ThreadTime;
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::Lanewise;
 use mislab_kernel::request::{Invalid, Request};
+use mislab_kernel::stop::{Stop, Stopped};
 use mislab_kernel::tile::render_tile;
-use mislab_kernel::world::BuiltScene;
+use mislab_kernel::world::{BuiltScene, Unbuilt};
 use thread_priority::ThreadPriority;
 
 use super::core::Core;
 use super::schedule::{Outcome, PictureState, Task, TileTask};
+use crate::memory::{self, Need};
 
 /// What workers and handles have in common.
 pub(super) struct Shared {
@@ -96,25 +100,79 @@ impl Shared {
         }
     }
 
-    /// Builds a scene; true if there is news for the window.
+    /// Builds a scene; true if there is news for the window. Given up as soon as nobody wants it any more.
     fn build(&self, picture: u64, generation: u64, request: Arc<Request>) -> bool {
+        if let Err(message) = self.grant(picture, &request) {
+            return self.hand_over(picture, generation, request, Some(Err(Invalid(message))));
+        }
         let known: Vec<_> = self.lock().pictures.iter().filter_map(|p| p.built.clone()).collect();
-        let built = catch_unwind(|| BuiltScene::with_known(&request.scene, &request.settings, &known).map(Arc::new))
-            .unwrap_or_else(|panic| Err(Invalid(format!("building the scene failed: {}", panic_text(&*panic)))));
+        let judged = Cell::new((generation, true));
+        let stopped = || !self.still_wants(picture, &request, &judged);
+        let build = || BuiltScene::with_known(&request.scene, &request.settings, &known, Stop::when(&stopped));
+        let built = match catch_unwind(AssertUnwindSafe(build)) {
+            Ok(Ok(scene)) => Some(Ok(Arc::new(scene))),
+            Ok(Err(Unbuilt::Invalid(invalid))) => Some(Err(invalid)),
+            Ok(Err(Unbuilt::Stopped)) => None,
+            Err(panic) => Some(Err(Invalid(format!("building the scene failed: {}", panic_text(&*panic))))),
+        };
+        let news = self.hand_over(picture, generation, request, built);
+        // To free a large scene takes its time: not under the lock.
+        drop(known);
+        news
+    }
+
+    /// Whether there is memory for a picture. What it had for its last scene goes into it.
+    fn grant(&self, picture: u64, request: &Request) -> Result<(), String> {
+        let need = Need::of(request);
+        let granted = self.lock().picture(picture).map_or(0, |p| p.granted);
+        memory::check(&need, granted)?;
+        if let Some(p) = self.lock().picture(picture) {
+            p.granted = need.kept();
+        }
+        Ok(())
+    }
+
+    /// Gives a picture what became of its scene; true if there is news for the window.
+    fn hand_over(
+        &self,
+        picture: u64,
+        generation: u64,
+        request: Arc<Request>,
+        built: Option<Result<Arc<BuiltScene>, Invalid>>,
+    ) -> bool {
         let mut core = self.lock();
         let machine = core.machine;
         let Some(p) = core.picture(picture) else { return false };
         let (replaced, news) = p.take_built(generation, request, built, machine);
         drop(core);
-        // To free a large scene takes its time: not under the lock.
-        drop((replaced, known));
+        drop(replaced);
         self.work.notify_all();
         news
     }
 
+    /// Whether a picture still has use for the scene of a request: it may have moved on to another one with the same
+    /// geometry, which is what takes long. `judged` keeps the last generation looked at, and the answer.
+    fn still_wants(&self, picture: u64, request: &Request, judged: &Cell<(u64, bool)>) -> bool {
+        let newest = {
+            let mut core = self.lock();
+            if core.shutdown {
+                return false;
+            }
+            let Some(p) = core.picture(picture) else { return false };
+            if p.generation == judged.get().0 {
+                return judged.get().1;
+            }
+            p.request.clone().map(|newest| (p.generation, newest))
+        };
+        let Some((generation, newest)) = newest else { return false };
+        let wanted = BuiltScene::same_geometry(&request.scene, &newest.scene);
+        judged.set((generation, wanted));
+        wanted
+    }
+
     /// Renders one tile; true if there is news for the window.
     fn render(&self, task: TileTask) -> bool {
-        let TileTask { picture, job, index, rect, count, request, scene, tile, recycled } = task;
+        let TileTask { picture, job, index, rect, count, request, scene, tile, recycled, halted } = task;
         let start = ThreadTime::now();
         // Frames share tiles: one that is shared is copied before it is written to.
         let mut copied = None;
@@ -126,9 +184,14 @@ impl Shared {
                 copy
             }),
         };
-        let rendered =
-            catch_unwind(AssertUnwindSafe(|| render_tile(self.how, &scene, &request.settings, &mut tile, count)))
-                .map_err(|panic| panic_text(&*panic));
+        let stopped = || halted.load(Ordering::Relaxed);
+        let render = || render_tile(self.how, &scene, &request.settings, &mut tile, count, Stop::when(&stopped));
+        let rendered = match catch_unwind(AssertUnwindSafe(render)) {
+            Ok(Ok(invalid)) => Ok(invalid),
+            // The job is gone, and its tiles with it.
+            Ok(Err(Stopped)) => return false,
+            Err(panic) => Err(panic_text(&*panic)),
+        };
         let seconds = start.elapsed().as_secs_f64();
 
         let mut core = self.lock();

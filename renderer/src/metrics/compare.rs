@@ -1,10 +1,12 @@
 //! Two files compared, channel by channel and layer by layer.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use super::{Errors, Reference, Region};
 use crate::error::Error;
-use crate::snapshot::{Image, Window};
+use crate::snapshot::{Image, Window, layer_and_component, layers_of};
 
 /// The largest difference and where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -17,15 +19,18 @@ pub struct Maximum {
     pub y: i32,
 }
 
-/// How two images of numbers differ. Averages are over the values that are finite in both images; `None` (JSON `null`)
-/// where there are none.
+/// How two images of numbers differ. All averages are over the same pixels: those of the common window at which every channel
+/// named is finite in both images; `None` (JSON `null`) where there are none.
+///
+/// Where nothing differs but that values are undefined in one image only, the errors are `None`, too: a 0 would say that the
+/// images are alike.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Channel ("light.R") or layer ("light"; "RGB" for the unnamed one).
     pub name: String,
-    /// Mean of A, over its finite values.
+    /// Mean of A.
     pub mean_a: Option<f64>,
-    /// Mean of B, over its finite values.
+    /// Mean of B.
     pub mean_b: Option<f64>,
     /// Mean of `(a - b)^2`.
     pub mse: Option<f64>,
@@ -33,19 +38,27 @@ pub struct Difference {
     pub rel_mse: Option<f64>,
     /// Largest `|a - b|`.
     pub maximum: Option<Maximum>,
-    /// Values finite in both.
+    /// Values compared.
     pub compared: u64,
     /// Values undefined alike in both: both NaN, or the same infinity.
     pub both_undefined: u64,
-    /// Values undefined in one image only, or in different ways.
-    pub undefined_mismatch: u64,
+    /// Values undefined in A and not in B.
+    pub undefined_in_a: u64,
+    /// Values undefined in B and not in A.
+    pub undefined_in_b: u64,
+    /// Values undefined in both, in different ways.
+    pub undefined_differently: u64,
 }
 
 /// Two pictures compared.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The pixels compared.
+    /// The pixels compared: those that both hold.
     pub window: Window,
+    /// The pixels of A.
+    pub window_a: Window,
+    /// The pixels of B.
+    pub window_b: Window,
     /// Layers, the unnamed one first.
     pub layers: Vec<Difference>,
     /// Channels both have.
@@ -57,55 +70,66 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// There are the same channels with the same values, undefined ones included.
+    /// There are the same channels with the same values in the pixels that both hold, undefined ones included.
     pub fn is_identical(&self) -> bool {
-        let same = |d: &Difference| d.undefined_mismatch == 0 && d.maximum.is_none_or(|m| m.value == 0.0);
+        let same = |d: &Difference| d.undefined_mismatch() == 0 && d.maximum.is_none_or(|m| m.value == 0.0);
         self.only_in_a.is_empty() && self.only_in_b.is_empty() && self.channels.iter().all(same)
     }
 }
 
-/// Compares A with the reference B, per channel and per layer.
+impl Difference {
+    /// Values undefined in one image only, or in different ways.
+    pub fn undefined_mismatch(&self) -> u64 {
+        self.undefined_in_a + self.undefined_in_b + self.undefined_differently
+    }
+}
+
+/// Compares A with the reference B, per channel and per layer, in the pixels that both hold: a crop with the full picture, too.
 ///
 /// # Errors
-/// [`Error::Invalid`] if they do not hold the same pixels or share no channel.
+/// [`Error::Invalid`] if they are not of the same image (display window), hold no pixel in common, or share no channel.
 pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
-    if a.window != b.window {
-        return Err(Error::Invalid(format!("A holds {}, B holds {}: expected the same pixels", a.window, b.window)));
+    if a.display != b.display {
+        let message = "expected parts of the same image (the same display window)";
+        return Err(Error::Invalid(format!("A is of an image of {}, B of {}: {message}", a.display, b.display)));
     }
+    let window = a.window.common(&b.window).ok_or_else(|| {
+        let message = "expected pixels that both hold";
+        Error::Invalid(format!("A holds {}, B holds {}: {message}", a.window, b.window))
+    })?;
     let missing = |from: &Image, of: &Image| -> Vec<String> {
-        of.channels.iter().filter(|(name, _)| from.channel(name).is_none()).map(|(name, _)| name.clone()).collect()
+        of.channels.iter().filter(|(name, _)| values(from, name).is_none()).map(|(name, _)| name.clone()).collect()
     };
-    let mut layers: Vec<(String, Errors)> = Vec::new();
-    let mut channels = Vec::new();
-    for (name, values_a) in &a.channels {
-        let Some(values_b) = b.channel(name) else { continue };
-        let errors = Errors::of(&[values_a], &Reference::Exact(&[values_b]), &Region::All);
-        channels.push(difference(&errors, name.clone(), a.window));
-        let layer = layer_of(name);
-        match layers.iter_mut().find(|(name, _)| name == layer) {
-            Some((_, total)) => total.merge(&errors),
-            None => layers.push((layer.to_owned(), errors)),
-        }
-    }
-    if channels.is_empty() {
+    // Channels that both have: name in A, values in A and in B.
+    let common: Vec<(&str, Cow<'_, [f32]>, Cow<'_, [f32]>)> = a
+        .channels
+        .iter()
+        .filter_map(|(name, in_a)| Some((name.as_str(), a.part(in_a, window), b.part(values(b, name)?, window))))
+        .collect();
+    if common.is_empty() {
         return Err(Error::Invalid(format!("no common channel: A has {}, B has {}", names(a), names(b))));
     }
-    layers.sort_by(|x, y| (x.0 != DEFAULT_LAYER, &x.0).cmp(&(y.0 != DEFAULT_LAYER, &y.0)));
+    let differ = |name: &str, channels: &[usize]| {
+        let of_a: Vec<&[f32]> = channels.iter().map(|&c| &*common[c].1).collect();
+        let of_b: Vec<&[f32]> = channels.iter().map(|&c| &*common[c].2).collect();
+        difference(&Errors::of(&of_a, &Reference::Exact(&of_b), &Region::All), name.to_owned(), window)
+    };
+    let layers = layers_of(common.iter().map(|(name, ..)| *name));
     Ok(Comparison {
-        window: a.window,
-        layers: layers.into_iter().map(|(name, errors)| difference(&errors, name, a.window)).collect(),
-        channels,
+        window,
+        window_a: a.window,
+        window_b: b.window,
+        layers: layers.iter().map(|layer| differ(&layer.name, &layer.channels)).collect(),
+        channels: common.iter().enumerate().map(|(c, (name, ..))| differ(name, &[c])).collect(),
         only_in_a: missing(b, a),
         only_in_b: missing(a, b),
     })
 }
 
-/// What the layer of the channels without a dot is called.
-const DEFAULT_LAYER: &str = "RGB";
-
-/// "light.R" is in "light", "a.b.R" in "a.b", "R" in the default layer.
-fn layer_of(channel: &str) -> &str {
-    channel.rsplit_once('.').map_or(DEFAULT_LAYER, |(layer, _)| layer)
+/// The values of a channel under this name, or under another that means the same: "R" and ".R".
+fn values<'a>(image: &'a Image, name: &str) -> Option<&'a [f32]> {
+    let means_the_same = |(other, _): &&(String, Vec<f32>)| layer_and_component(other) == layer_and_component(name);
+    image.channel(name).or_else(|| image.channels.iter().find(means_the_same).map(|(_, values)| values.as_slice()))
 }
 
 fn names(image: &Image) -> String {
@@ -119,15 +143,19 @@ fn difference(errors: &Errors, name: String, window: Window) -> Difference {
         x: window.min[0] + (i % width) as i32,
         y: window.min[1] + (i / width) as i32,
     };
+    // A difference of 0 is said of pictures that are alike, not of those of which one has holes.
+    let told = errors.undefined_mismatch() == 0 || errors.maximum.is_some_and(|(largest, _)| largest > 0.0);
     Difference {
         name,
         mean_a: errors.mean(),
         mean_b: errors.reference_mean(),
-        mse: errors.mse(),
-        rel_mse: errors.rel_mse(),
-        maximum: errors.maximum.map(place),
+        mse: errors.mse().filter(|_| told),
+        rel_mse: errors.rel_mse().filter(|_| told),
+        maximum: errors.maximum.filter(|_| told).map(place),
         compared: errors.compared,
         both_undefined: errors.both_undefined,
-        undefined_mismatch: errors.undefined_mismatch,
+        undefined_in_a: errors.undefined_in_picture,
+        undefined_in_b: errors.undefined_in_reference,
+        undefined_differently: errors.undefined_differently,
     }
 }

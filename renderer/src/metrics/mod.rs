@@ -75,22 +75,25 @@ impl Region<'_> {
     }
 }
 
-/// Sums over the values of planes, in double precision: pixel by pixel, at each the channels in turn. Errors are over the values
-/// that are finite in the picture and in the reference.
+/// Sums over the values of planes, in double precision: pixel by pixel, at each the channels in turn. All of them are over
+/// one set of pixels: those whose values are finite in every channel of the picture and of the reference. What is undefined
+/// elsewhere is counted.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// Values finite in both.
+    /// Values of the pixels that are compared.
     pub compared: u64,
     /// Values undefined alike in both: both NaN, or the same infinity.
     pub both_undefined: u64,
-    /// Values undefined in one only, or in different ways.
-    pub undefined_mismatch: u64,
+    /// Values undefined in the picture only.
+    pub undefined_in_picture: u64,
+    /// Values undefined in the reference only.
+    pub undefined_in_reference: u64,
+    /// Values undefined in both, in different ways.
+    pub undefined_differently: u64,
     /// Largest difference, and the index of its pixel in a plane.
     pub maximum: Option<(f64, usize)>,
     sum: f64,
-    finite: u64,
     reference_sum: f64,
-    reference_finite: u64,
     squared: f64,
     relative: f64,
 }
@@ -103,8 +106,17 @@ impl Errors {
     pub fn of(picture: &[&[f32]], reference: &Reference<'_>, region: &Region<'_>) -> Self {
         let mut errors = Self::default();
         region.each(picture.first().map_or(0, |plane| plane.len()), |pixel| {
-            for (channel, plane) in picture.iter().enumerate() {
-                errors.add(f64::from(plane[pixel]), reference.at(channel, pixel), pixel);
+            let values =
+                || picture.iter().enumerate().map(|(c, plane)| (f64::from(plane[pixel]), reference.at(c, pixel)));
+            if values().all(|(x, halves)| x.is_finite() && mean_of(halves).is_finite()) {
+                for (x, [r1, r2]) in values() {
+                    let r = mean_of([r1, r2]);
+                    errors.sum += x;
+                    errors.reference_sum += r;
+                    errors.count(r, (x - r1) * (x - r2), (x - r).abs(), pixel);
+                }
+            } else {
+                values().for_each(|(x, halves)| errors.count_undefined(x, mean_of(halves)));
             }
         });
         errors
@@ -126,22 +138,13 @@ impl Errors {
         errors
     }
 
-    fn add(&mut self, x: f64, [r1, r2]: [f64; 2], pixel: usize) {
-        let r = (r1 + r2) / 2.0;
-        if x.is_finite() {
-            self.sum += x;
-            self.finite += 1;
-        }
-        if r.is_finite() {
-            self.reference_sum += r;
-            self.reference_finite += 1;
-        }
-        if x.is_finite() && r.is_finite() {
-            self.count(r, (x - r1) * (x - r2), (x - r).abs(), pixel);
-        } else if x == r || (x.is_nan() && r.is_nan()) {
-            self.both_undefined += 1;
-        } else {
-            self.undefined_mismatch += 1;
+    fn count_undefined(&mut self, x: f64, r: f64) {
+        match (x.is_finite(), r.is_finite()) {
+            (true, true) => {}
+            (false, true) => self.undefined_in_picture += 1,
+            (true, false) => self.undefined_in_reference += 1,
+            (false, false) if x == r || (x.is_nan() && r.is_nan()) => self.both_undefined += 1,
+            (false, false) => self.undefined_differently += 1,
         }
     }
 
@@ -158,14 +161,14 @@ impl Errors {
     /// Counts other values in: of another channel, or of another part of the same planes.
     pub fn merge(&mut self, other: &Self) {
         self.sum += other.sum;
-        self.finite += other.finite;
         self.reference_sum += other.reference_sum;
-        self.reference_finite += other.reference_finite;
         self.squared += other.squared;
         self.relative += other.relative;
         self.compared += other.compared;
         self.both_undefined += other.both_undefined;
-        self.undefined_mismatch += other.undefined_mismatch;
+        self.undefined_in_picture += other.undefined_in_picture;
+        self.undefined_in_reference += other.undefined_in_reference;
+        self.undefined_differently += other.undefined_differently;
         if let Some((difference, pixel)) = other.maximum
             && self.maximum.is_none_or(|(largest, _)| difference > largest)
         {
@@ -173,14 +176,19 @@ impl Errors {
         }
     }
 
-    /// Mean of the picture over its finite values; `None` if there are none.
+    /// Values undefined in one only, or in different ways.
+    pub fn undefined_mismatch(&self) -> u64 {
+        self.undefined_in_picture + self.undefined_in_reference + self.undefined_differently
+    }
+
+    /// Mean of the picture; `None` if no pixel is compared.
     pub fn mean(&self) -> Option<f64> {
-        mean(self.sum, self.finite)
+        mean(self.sum, self.compared)
     }
 
     /// The same of the reference.
     pub fn reference_mean(&self) -> Option<f64> {
-        mean(self.reference_sum, self.reference_finite)
+        mean(self.reference_sum, self.compared)
     }
 
     /// Mean squared error.
@@ -192,6 +200,10 @@ impl Errors {
     pub fn rel_mse(&self) -> Option<f64> {
         mean(self.relative, self.compared)
     }
+}
+
+fn mean_of([r1, r2]: [f64; 2]) -> f64 {
+    (r1 + r2) / 2.0
 }
 
 fn mean(sum: f64, count: u64) -> Option<f64> {

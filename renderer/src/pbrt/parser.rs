@@ -1,6 +1,5 @@
 //! Tokens to directives: a name and what follows it up to the next name. Follows `Include`.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,6 +8,7 @@ use super::directives::is_known;
 use super::lexer::{Token, is_no_number, looks_like_number, next_token, number, unquote};
 use super::log::{Log, Pos, shown};
 use crate::error::{Error, Location};
+use crate::file;
 use crate::near::no_such_file;
 
 /// Most bytes of scene text, all included files together.
@@ -368,17 +368,12 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
 
 /// A regular file of at most `budget` bytes.
 pub(super) fn read_bytes(path: &Path, budget: u64) -> Result<Vec<u8>, Error> {
-    let io = |e| Error::io(path, "read", e);
-    let metadata = std::fs::metadata(path).map_err(io)?;
-    if !metadata.is_file() {
-        let kind = if metadata.is_dir() { "a folder" } else { "not a regular file" };
-        return Err(Error::file(path, format!("{kind}, expected a file")));
-    }
+    let (file, metadata) = file::open(path, "a file")?;
     if metadata.len() > budget {
         return Err(Error::file(path, format!("{} bytes, expected at most {budget}", metadata.len())));
     }
     let mut bytes = Vec::new();
     // `take`: the file may grow while it is read.
-    File::open(path).map_err(io)?.take(budget).read_to_end(&mut bytes).map_err(io)?;
+    file.take(budget).read_to_end(&mut bytes).map_err(|e| Error::io(path, "read", e))?;
     Ok(bytes)
 }

@@ -9,19 +9,22 @@ use exr::image::read::image::ReadLayers;
 use exr::image::read::layers::ReadChannels;
 use exr::image::read::read;
 use exr::math::Vec2;
-use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use exr::meta::attribute::{AttributeValue, ChannelDescription, IntegerBounds, SampleType, Text};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use mislab_kernel::request::scene::Scene;
 use mislab_kernel::request::{Request, Settings};
 use mislab_kernel::world::BuiltScene;
 
-use super::{Image, MAX_IMAGE_BYTES, Restored, Window, names};
+use super::{ChannelInfo, Image, MAX_IMAGE_BYTES, Part, Restored, Window, names};
 use crate::error::Error;
+use crate::file;
+use crate::memory::{self, Need};
 
 /// See [`super::load_image`].
 pub(super) fn load_image(path: &Path) -> Result<Image, Error> {
-    let (header, mut file) = open(path)?;
+    let (meta, mut file) = open(path)?;
+    let header = flat_part(path, meta)?;
     check_size(path, &header, &file)?;
     file.rewind().map_err(|e| Error::io(path, "read", e))?;
     let image = read()
@@ -52,24 +55,34 @@ pub(super) fn load_image(path: &Path) -> Result<Image, Error> {
 
 /// See [`super::info`].
 pub(super) fn info(path: &Path) -> Result<super::Info, Error> {
-    let (header, _) = open(path)?;
-    Ok(super::Info { attributes: attributes(&header), restored: restore_from(path, &header) })
+    let (meta, _) = open(path)?;
+    let parts = meta.headers.iter().map(part).collect();
+    let restored = match meta.headers.first() {
+        Some(header) if meta.headers.len() == 1 && is_ours(header) => restore_from(path, header).map(Some),
+        _ => Ok(None),
+    };
+    Ok(super::Info { parts, restored })
 }
 
 /// See [`super::restore`].
 pub(super) fn restore(path: &Path) -> Result<Restored, Error> {
-    let (header, _) = open(path)?;
-    restore_from(path, &header)
+    let (meta, _) = open(path)?;
+    restore_from(path, &flat_part(path, meta)?)
+}
+
+/// What a file says, whatever it holds.
+fn open(path: &Path) -> Result<(MetaData, File), Error> {
+    let (file, _) = file::open(path, "an EXR file")?;
+    let meta = MetaData::read_from_buffered(BufReader::new(&file), false).map_err(|e| damaged(path, e))?;
+    // The crate turns the count into a signed 32-bit attribute and panics beyond.
+    if let Some(header) = meta.headers.iter().find(|header| i32::try_from(header.chunk_count).is_err()) {
+        return Err(Error::file(path, format!("{} blocks of pixels, more than a file can hold", header.chunk_count)));
+    }
+    Ok((meta, file))
 }
 
 /// The header of a single-part flat file.
-fn open(path: &Path) -> Result<(Header, File), Error> {
-    let io = |e| Error::io(path, "read", e);
-    let file = File::open(path).map_err(io)?;
-    if file.metadata().map_err(io)?.is_dir() {
-        return Err(Error::file(path, "a folder, expected an EXR file"));
-    }
-    let mut meta = MetaData::read_from_buffered(BufReader::new(&file), false).map_err(|e| damaged(path, e))?;
+fn flat_part(path: &Path, mut meta: MetaData) -> Result<Header, Error> {
     if meta.headers.len() != 1 {
         return Err(Error::file(path, format!("an EXR file of {} parts, expected one", meta.headers.len())));
     }
@@ -77,11 +90,27 @@ fn open(path: &Path) -> Result<(Header, File), Error> {
     if header.deep || meta.requirements.has_deep_data {
         return Err(Error::file(path, "an EXR file of deep pixels, expected flat ones"));
     }
-    // The crate turns the count into a signed 32-bit attribute and panics beyond.
-    if i32::try_from(header.chunk_count).is_err() {
-        return Err(Error::file(path, format!("{} blocks of pixels, more than a file can hold", header.chunk_count)));
+    Ok(header)
+}
+
+fn part(header: &Header) -> Part {
+    let channel = |c: &ChannelDescription| ChannelInfo {
+        name: name_of(c.name.as_slice()),
+        kind: match c.sample_type {
+            SampleType::F32 => "FLOAT",
+            SampleType::F16 => "HALF",
+            SampleType::U32 => "UINT",
+        },
+        sampling: [c.sampling.0, c.sampling.1],
+    };
+    Part {
+        name: header.own_attributes.layer_name.as_ref().map(|name| name_of(name.as_slice())),
+        window: window(header.data_window()),
+        display: window(header.shared_attributes.display_window),
+        deep: header.deep,
+        channels: header.channels.list.iter().map(channel).collect(),
+        attributes: attributes(header),
     }
-    Ok((header, file))
 }
 
 /// Refuses, before any memory is asked for, what the file cannot hold or we do not want to.
@@ -99,6 +128,8 @@ fn check_size(path: &Path, header: &Header, file: &File) -> Result<(), Error> {
             ),
         ));
     }
+    // Once as they are decoded, once as floats.
+    memory::check(&Need::of_file(2 * bytes), 0).map_err(|message| Error::file(path, message))?;
     if let Some(channel) = header.channels.list.iter().find(|c| c.sampling != Vec2(1, 1)) {
         let name = name_of(channel.name.as_slice());
         return Err(Error::file(path, format!("channel {name} is subsampled, expected a value for every pixel")));
@@ -166,9 +197,7 @@ fn describe(value: &AttributeValue) -> String {
             c.red.0, c.red.1, c.green.0, c.green.1, c.blue.0, c.blue.1, c.white.0, c.white.1
         ),
         A::ChannelList(list) => {
-            let describe = |c: &exr::meta::attribute::ChannelDescription| {
-                format!("{} {:?}", name_of(c.name.as_slice()), c.sample_type)
-            };
+            let describe = |c: &ChannelDescription| format!("{} {:?}", name_of(c.name.as_slice()), c.sample_type);
             list.list.iter().map(describe).collect::<Vec<_>>().join(", ")
         }
         A::Compression(c) => format!("{c:?}"),
@@ -187,6 +216,13 @@ fn describe(value: &AttributeValue) -> String {
 
 fn numbers(values: &[f32]) -> String {
     values.iter().map(f32::to_string).collect::<Vec<_>>().join(" ")
+}
+
+/// There is something of ours to restore.
+fn is_ours(header: &Header) -> bool {
+    [names::SETTINGS, names::FORMAT_NAME]
+        .iter()
+        .any(|name| header.own_attributes.other.contains_key(&Text::new_or_panic(name)))
 }
 
 /// The state in a header of our own, checked.

@@ -9,8 +9,10 @@
 mod decode;
 mod disk;
 mod encode;
+mod layers;
 mod names;
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -20,6 +22,8 @@ use mislab_kernel::request::{PixelRect, Request};
 use crate::error::Error;
 use crate::frame::{Frame, FrameStats};
 use crate::layer::Channel;
+use crate::memory::{self, Need};
+pub use layers::{DEFAULT_LAYER, LayerChannels, layer_and_component, layers_of};
 
 /// What this program calls itself in files (`software`).
 pub const SOFTWARE: &str = concat!("MIS Lab ", env!("CARGO_PKG_VERSION"));
@@ -59,8 +63,10 @@ pub struct Saved {
 /// was.
 ///
 /// # Errors
-/// [`Error::Io`] if the folder or file cannot be written, [`Error::Invalid`] for an attribute name that cannot be used.
+/// [`Error::Io`] if the folder or file cannot be written, [`Error::Invalid`] for an attribute name that cannot be used, or
+/// if there is not enough memory.
 pub fn save(frame: &Frame, path: &Path, options: &SaveOptions) -> Result<Saved, Error> {
+    memory::check(&Need::of_saving(frame.bounds().area() as u64), 0).map_err(Error::Invalid)?;
     Contents::from_frame(frame).save(path, options)
 }
 
@@ -136,6 +142,22 @@ pub struct Window {
     pub size: [u32; 2],
 }
 
+impl Window {
+    /// The pixels of both; `None` where there are none.
+    pub fn common(&self, other: &Self) -> Option<Self> {
+        let end = |w: &Self, axis: usize| i64::from(w.min[axis]) + i64::from(w.size[axis]);
+        let min = [0, 1].map(|axis| self.min[axis].max(other.min[axis]));
+        let size = [0, 1].map(|axis| end(self, axis).min(end(other, axis)) - i64::from(min[axis]));
+        let [width, height] = size.map(|n| u32::try_from(n).ok().filter(|n| *n > 0));
+        Some(Self { min, size: [width?, height?] })
+    }
+
+    /// Number of pixels.
+    pub fn area(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+}
+
 impl std::fmt::Display for Window {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} x {} at ({} {})", self.size[0], self.size[1], self.min[0], self.min[1])
@@ -160,6 +182,22 @@ impl Image {
     /// The values of a channel.
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.channels.iter().find(|(n, _)| n == name).map(|(_, values)| values.as_slice())
+    }
+
+    /// The values of a channel in a part of the image.
+    ///
+    /// # Panics
+    /// If the part reaches beyond [`Self::window`].
+    pub fn part<'a>(&self, values: &'a [f32], part: Window) -> Cow<'a, [f32]> {
+        if part == self.window {
+            return Cow::Borrowed(values);
+        }
+        let [left, top] = [0, 1].map(|axis| (part.min[axis] - self.window.min[axis]) as usize);
+        let [width, height] = part.size.map(|n| n as usize);
+        let rows = values.chunks_exact(self.window.size[0] as usize).skip(top).take(height);
+        let part: Vec<f32> = rows.flat_map(|row| &row[left..left + width]).copied().collect();
+        assert_eq!(part.len(), width * height, "the part is inside the image");
+        Cow::Owned(part)
     }
 
     /// The text of an attribute.
@@ -215,16 +253,55 @@ pub fn restore(path: &Path) -> Result<Restored, Error> {
 /// What an EXR file says about itself.
 #[derive(Debug)]
 pub struct Info {
-    /// Every attribute as text, sorted by name; `mislabSettings`, `mislabScene` and `mislabView` among them, in full.
-    pub attributes: Vec<(String, String)>,
-    /// The state, or why there is none.
-    pub restored: Result<Restored, Error>,
+    /// Its parts; most files have one.
+    pub parts: Vec<Part>,
+    /// The state it was saved in; `None` if another program wrote it, an error if the state cannot be used.
+    pub restored: Result<Option<Restored>, Error>,
 }
 
-/// Reads the attributes of any single-part EXR file, without decoding its pixels.
+/// One picture of an EXR file, of whatever kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// What it is called; files of one part mostly have no name for it.
+    pub name: Option<String>,
+    /// The pixels there are: the data window.
+    pub window: Window,
+    /// The image they are part of: the display window.
+    pub display: Window,
+    /// A pixel holds samples at many depths.
+    pub deep: bool,
+    /// In the order of the file.
+    pub channels: Vec<ChannelInfo>,
+    /// Every attribute as text, sorted by name; `mislabSettings`, `mislabScene` and `mislabView` among them, in full.
+    pub attributes: Vec<(String, String)>,
+}
+
+/// A channel as the file announces it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChannelInfo {
+    /// Its full name.
+    pub name: String,
+    /// "FLOAT", "HALF" or "UINT".
+    pub kind: &'static str,
+    /// A value for every so many pixels along x and y; 1 and 1 but for subsampled colour.
+    pub sampling: [usize; 2],
+}
+
+/// Reads what any EXR file says about itself, without decoding its pixels: channels, windows and attributes of all parts.
 ///
 /// # Errors
 /// [`Error::Io`] if it cannot be read, [`Error::File`] if it is no such file.
 pub fn info(path: &Path) -> Result<Info, Error> {
     decode::info(path)
+}
+
+/// A name or value from a file for people: on one line, without control characters, which a terminal would obey. Long
+/// values are for programs: only their length.
+pub fn shown(text: &str) -> String {
+    const LONGEST: usize = 400;
+    if text.len() > LONGEST {
+        return format!("({} bytes)", text.len());
+    }
+    let plain = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(plain).collect()
 }

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use mislab_kernel::lanes::Single;
 use mislab_kernel::light::{Aim, Light, LightShape, Lights};
 use mislab_kernel::sampler::{Dimension, Numbers};
+use mislab_kernel::stop::Stop;
 use mislab_kernel::world::BuiltScene;
 use mislab_renderer::{Geometry, Scene};
 use mislab_tests::experiment::{independent, veach};
@@ -47,7 +48,7 @@ fn views() -> Vec<View> {
         for (i, light) in list.iter_mut().enumerate() {
             light.radiance = Vec3::new(1.0 + i as f32, 0.5, 100.0 - i as f32);
         }
-        view.lights = Lights::new(list);
+        view.lights = Lights::new(list, Stop::NEVER).expect("nobody stops it");
     }
     views
 }
@@ -182,7 +183,7 @@ fn what_lies_in_a_direction() {
 fn rays_from_surfaces() {
     for inward in [false, true] {
         let sphere = ball(Vec3::ZERO, 2.0, inward);
-        let lights = Lights::new(vec![sphere]);
+        let lights = Lights::new(vec![sphere], Stop::NEVER).expect("nobody stops it");
         let look = |p: Vec3, dir: Vec3, t_min: f32| once::look(&lights, splat(p), splat(dir), t_min, true);
         // From just inside, the near side is behind and the far side ahead.
         let p = Vec3::new(0.0, 0.0, 1.999);
@@ -212,13 +213,9 @@ fn rays_from_surfaces() {
         assert!((sight.t - 0.5).abs() < 1e-5 && (sight.pdf > 0.0) != inward, "ahead: {}", sight.t);
     }
     // A facet is met beyond the least distance only.
-    let lights = Lights::new(vec![mislab_tests::light_scenes::facet(
-        Vec3::new(-1.0, -1.0, 1.0),
-        Vec3::X * 3.0,
-        Vec3::Y * 3.0,
-        true,
-        true,
-    )]);
+    let corner = Vec3::new(-1.0, -1.0, 1.0);
+    let facet = mislab_tests::light_scenes::facet(corner, Vec3::X * 3.0, Vec3::Y * 3.0, true, true);
+    let lights = Lights::new(vec![facet], Stop::NEVER).expect("nobody stops it");
     for (t_min, met) in [(0.99, true), (1.01, false)] {
         let sight = once::look(&lights, splat(Vec3::ZERO), splat(Vec3::Z), t_min, true);
         assert_eq!(sight.pdf > 0.0 && sight.t < 2.0 && sight.radiance.x > 0.0, met, "least distance {t_min}");
@@ -297,7 +294,7 @@ fn azimuths_around_spheres_are_uniform() {
 
 #[test]
 fn without_lights_nothing_is_sampled() {
-    let lights = Lights::new(Vec::new());
+    let lights = Lights::new(Vec::new(), Stop::NEVER).expect("nobody stops it");
     let Aim { wi, valid, .. } = lights.sample(Single, splat(Vec3::ZERO), &numbers(0));
     assert!(!valid && d(wi).is_normalized());
     for distances in [false, true] {

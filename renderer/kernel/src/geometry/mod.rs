@@ -13,6 +13,7 @@ use std::fmt;
 use glam::Vec3;
 
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint, V3};
+use crate::stop::{Stop, Stopped};
 use bvh::Tree;
 use hit::Nearest;
 use list::List;
@@ -40,7 +41,10 @@ impl fmt::Debug for Geometry {
 
 impl Geometry {
     /// Collects the primitives and builds a tree over them if there are many.
-    pub fn new(mut facets: Vec<Facet>, mut balls: Vec<Ball>) -> Self {
+    ///
+    /// # Errors
+    /// If it is stopped.
+    pub fn new(mut facets: Vec<Facet>, mut balls: Vec<Ball>, stop: Stop<'_>) -> Result<Self, Stopped> {
         let mut min = Vec3::INFINITY;
         let mut max = Vec3::NEG_INFINITY;
         for p in facets.iter().flat_map(Facet::corners) {
@@ -52,8 +56,8 @@ impl Geometry {
             max = max.max(ball.center + ball.radius);
         }
         let many = facets.len() + balls.len() > FLAT_LIMIT;
-        let tree = many.then(|| Tree::new(&mut facets, &mut balls));
-        Self { facets, balls, tree, bounds: (min, max) }
+        let tree = many.then(|| Tree::new(&mut facets, &mut balls, stop)).transpose()?;
+        Ok(Self { facets, balls, tree, bounds: (min, max) })
     }
 
     /// Number of primitives.

@@ -14,6 +14,7 @@ use crate::geometry::list::{self, List};
 use crate::geometry::shape::{self, Ball, BallLanes, Facet, FacetLanes};
 use crate::lanes::{Lanes, Mask, Place, Real, SHORT, Uint, V3};
 use crate::sampler::{Dimension, Numbers};
+use crate::stop::{Stop, Stopped};
 use crate::warp;
 use tree::LightTree;
 
@@ -283,7 +284,10 @@ impl<L: Lanes> Front<L> {
 
 impl Lights {
     /// Lays the lights out for sampling, balls first.
-    pub fn new(mut list: Vec<Light>) -> Self {
+    ///
+    /// # Errors
+    /// If it is stopped.
+    pub fn new(mut list: Vec<Light>, stop: Stop<'_>) -> Result<Self, Stopped> {
         list.sort_by_key(|light| matches!(light.shape, LightShape::Facet(_)));
         let mut t = Tables::default();
         let mut outside = Outside::default();
@@ -341,9 +345,10 @@ impl Lights {
                     LightShape::Facet(facet) => facet_box(facet),
                 })
                 .collect();
-            LightTree::new(&boxes)
+            LightTree::new(&boxes, stop)
         });
-        Self { list, balls, facets, tables: t, outside, tree, from_outside: false }
+        let tree = tree.transpose()?;
+        Ok(Self { list, balls, facets, tables: t, outside, tree, from_outside: false })
     }
 
     /// True if these are the same shapes, whatever they emit.

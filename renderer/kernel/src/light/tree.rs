@@ -8,10 +8,10 @@
 //!
 //! Every ray is walked alone: light samples of one packet go to as many lights as there are lanes.
 
-use obvhs::aabb::Aabb;
-
+use crate::geometry::bounds::Aabb;
 use crate::geometry::bvh::{Binary, FAN, INNER, KIND_BITS, LEVELS, Node, near_and_far, reciprocal};
 use crate::lanes::{Lanes, Mask, PACKET, Place, Real, V3};
+use crate::stop::{Stop, Stopped};
 
 /// Longest list of a ray. One that may hit more lights has to ask all.
 pub const MOST_MET: usize = 8;
@@ -44,7 +44,10 @@ impl std::fmt::Debug for LightTree {
 
 impl LightTree {
     /// Over the boxes of lights, at least one.
-    pub fn new(boxes: &[Aabb]) -> Self {
+    ///
+    /// # Errors
+    /// If it is stopped.
+    pub fn new(boxes: &[Aabb], stop: Stop<'_>) -> Result<Self, Stopped> {
         let wide: Vec<Aabb> = boxes
             .iter()
             .map(|b| {
@@ -52,8 +55,8 @@ impl LightTree {
                 Aabb::new(b.min - pad, b.max + pad)
             })
             .collect();
-        let binary = Binary::new(&wide, wide.len(), 1);
-        Self { nodes: binary.collapse(|_, numbers| numbers[0] << KIND_BITS) }
+        let binary = Binary::new(&wide, wide.len(), 1, stop)?;
+        Ok(Self { nodes: binary.collapse(stop, |_, numbers| numbers[0] << KIND_BITS)? })
     }
 
     /// The lights that each ray may hit.

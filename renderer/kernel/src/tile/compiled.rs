@@ -4,9 +4,10 @@
 use super::Job;
 use crate::lanes::{self, Lanewise};
 use crate::request::Strategy;
+use crate::stop::Stopped;
 
 /// Does the job with the kernel of its strategy, in these lanes.
-pub(super) fn run(how: Lanewise, job: Job<'_>) -> u64 {
+pub(super) fn run(how: Lanewise, job: Job<'_>) -> Result<u64, Stopped> {
     match how {
         // `cargo mutants` alone sets this (tests/FAULTS.md): to compile one kernel of four for each mutant.
         #[cfg(one_lane)]
@@ -38,10 +39,10 @@ pub(super) fn run(how: Lanewise, job: Job<'_>) -> u64 {
 macro_rules! level {
     ($level:ident, $token:ty, $simd:ident, $run:ident => $inside:expr) => {
         mod $level {
-            use super::{Job, Strategy, lanes};
+            use super::{Job, Stopped, Strategy, lanes};
 
             #[inline(always)]
-            pub fn run(simd: $token, job: Job<'_>) -> u64 {
+            pub fn run(simd: $token, job: Job<'_>) -> Result<u64, Stopped> {
                 match job.settings.estimator.strategy {
                     Strategy::Light => light::run(simd, job),
                     Strategy::Bsdf => bsdf::run(simd, job),
@@ -58,10 +59,10 @@ macro_rules! level {
     };
     (@strategy $name:ident, $strategy:ident, $token:ty, $simd:ident, $run:ident => $inside:expr) => {
         mod $name {
-            use super::{Job, Strategy, lanes};
+            use super::{Job, Stopped, Strategy, lanes};
 
             #[inline(never)]
-            pub fn run($simd: $token, job: Job<'_>) -> u64 {
+            pub fn run($simd: $token, job: Job<'_>) -> Result<u64, Stopped> {
                 macro_rules! $run {
                     ($lanes:expr) => {
                         job.run($lanes, Strategy::$strategy)

@@ -13,12 +13,23 @@ use crate::geometry::grid::{BLOCK, PATCH};
 use crate::lanes::{Lanes, Lanewise, Mask, PACKET, Uint};
 use crate::request::{Estimator, Settings, Strategy};
 use crate::sampler::{Dimension, Numbers, Pixels, Sampler, patch_key, pixel_keys};
+use crate::stop::{Stop, Stopped};
 use crate::world::{BuiltScene, View};
 use turns::Turns;
 
 /// Adds `count` samples to every pixel of the tile; returns how many were invalid.
-pub fn render_tile(how: Lanewise, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
-    compiled::run(how, Job { scene, settings, tile, count })
+///
+/// # Errors
+/// If it is stopped, which it asks for at every patch: a scene may be slow beyond all bounds. The tile is of no use then.
+pub fn render_tile(
+    how: Lanewise,
+    scene: &BuiltScene,
+    settings: &Settings,
+    tile: &mut Tile,
+    count: u32,
+    stop: Stop<'_>,
+) -> Result<u64, Stopped> {
+    compiled::run(how, Job { scene, settings, tile, count, stop })
 }
 
 /// See [`render_tile`].
@@ -27,20 +38,28 @@ struct Job<'a> {
     settings: &'a Settings,
     tile: &'a mut Tile,
     count: u32,
+    stop: Stop<'a>,
 }
 
 impl Job<'_> {
     /// Does it in lanes, by a strategy that is known when this is compiled: what it does not do then costs nothing.
     #[inline(always)]
-    fn run<L: Lanes>(self, l: L, strategy: Strategy) -> u64 {
+    fn run<L: Lanes>(self, l: L, strategy: Strategy) -> Result<u64, Stopped> {
         let settings =
             Settings { estimator: Estimator { strategy, ..self.settings.estimator }, ..self.settings.clone() };
-        add_samples(l, self.scene, &settings, self.tile, self.count)
+        add_samples(l, self.scene, &settings, self.tile, self.count, self.stop)
     }
 }
 
 #[inline(always)]
-fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &mut Tile, count: u32) -> u64 {
+fn add_samples<L: Lanes>(
+    l: L,
+    scene: &BuiltScene,
+    settings: &Settings,
+    tile: &mut Tile,
+    count: u32,
+    stop: Stop<'_>,
+) -> Result<u64, Stopped> {
     let mut invalid = 0;
     let wanted = Dimension::wanted(settings.estimator.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
     let mut sampler = Sampler::new(&settings.sampling.sampler, wanted);
@@ -52,6 +71,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
     while tile.samples < last {
         let run = sampler.start(tile.samples, last - tile.samples);
         for [min, max] in tile.patches() {
+            stop.check()?;
             let near = scene.culled(tile.corner_at(min));
             let view = View { l, scene, culled: &near };
             sampler.enter(l, patch_key(settings.sampling.seed, tile.corner_at(min)));
@@ -107,7 +127,7 @@ fn add_samples<L: Lanes>(l: L, scene: &BuiltScene, settings: &Settings, tile: &m
         }
         tile.samples += run;
     }
-    invalid
+    Ok(invalid)
 }
 
 /// Pixels of a patch that are worked on at once.

@@ -16,6 +16,7 @@ use crate::geometry::{Geometry, grid};
 use crate::light::{Light, LightShape, Lights};
 use crate::request::scene::{self, Scene};
 use crate::request::{Invalid, Settings};
+use crate::stop::{Stop, Stopped};
 use camera::Pinhole;
 use culling::{Culled, Patches};
 pub use view::{CameraHit, View};
@@ -59,19 +60,32 @@ struct Opaque {
 }
 
 impl Opaque {
-    /// True if the same primitives come of both. Meshes have to be the same object: to compare a million
-    /// vertices would take as long as to look at them again.
+    /// True if the same primitives come of both.
     fn is(&self, other: &Self) -> bool {
-        let same = match (&self.geometry, &other.geometry) {
-            (
-                scene::Geometry::Mesh { positions: a, triangles: b },
-                scene::Geometry::Mesh { positions: c, triangles: d },
-            ) => Arc::ptr_eq(a, c) && Arc::ptr_eq(b, d),
-            (scene::Geometry::Sphere { .. }, scene::Geometry::Sphere { .. }) => self.geometry == other.geometry,
-            (scene::Geometry::Mesh { .. }, scene::Geometry::Sphere { .. })
-            | (scene::Geometry::Sphere { .. }, scene::Geometry::Mesh { .. }) => false,
-        };
-        same && self.index == other.index && self.reverse_orientation == other.reverse_orientation
+        same_primitives(&self.geometry, &other.geometry)
+            && self.index == other.index
+            && self.reverse_orientation == other.reverse_orientation
+    }
+}
+
+/// Why there is no built scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unbuilt {
+    /// It cannot be rendered.
+    Invalid(Invalid),
+    /// Nobody wants it any more.
+    Stopped,
+}
+
+impl From<Invalid> for Unbuilt {
+    fn from(invalid: Invalid) -> Self {
+        Self::Invalid(invalid)
+    }
+}
+
+impl From<Stopped> for Unbuilt {
+    fn from(Stopped: Stopped) -> Self {
+        Self::Stopped
     }
 }
 
@@ -81,7 +95,10 @@ impl BuiltScene {
     /// # Errors
     /// [`Invalid`] names the shape or material whose numbers cannot be rendered.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Invalid> {
-        Self::with_known(scene, settings, &[])
+        Self::with_known(scene, settings, &[], Stop::NEVER).map_err(|unbuilt| match unbuilt {
+            Unbuilt::Invalid(invalid) => invalid,
+            Unbuilt::Stopped => unreachable!("nobody stops it"),
+        })
     }
 
     /// The same, with geometry shared with one of these if it has just the same shapes: the tree over a
@@ -89,8 +106,13 @@ impl BuiltScene {
     /// unless a shape, a light's shape or the camera changes.
     ///
     /// # Errors
-    /// As [`Self::new`].
-    pub fn with_known(scene: &Scene, settings: &Settings, known: &[Arc<Self>]) -> Result<Self, Invalid> {
+    /// As [`Self::new`], or [`Unbuilt::Stopped`].
+    pub fn with_known(
+        scene: &Scene,
+        settings: &Settings,
+        known: &[Arc<Self>],
+        stop: Stop<'_>,
+    ) -> Result<Self, Unbuilt> {
         settings.check().map_err(Invalid)?;
         let camera = Pinhole::new(&scene.camera, settings.image.resolution)?;
         for material in &scene.materials {
@@ -115,18 +137,16 @@ impl BuiltScene {
                 ),
             };
             materials.push(material);
-            let emits = shape.light.as_ref().filter(|light| light.on && light.radiance != Vec3::ZERO);
+            let emits = emission(shape);
             if let Some(light) = emits
                 && !(light.radiance.is_finite() && light.radiance.min_element() >= 0.0)
             {
-                return Err(Invalid(format!(
-                    "light {} has radiance {}, expected finite numbers >= 0",
-                    light.name, light.radiance
-                )));
+                let message = "expected finite numbers >= 0";
+                return Err(Invalid(format!("light {} has radiance {}, {message}", light.name, light.radiance)).into());
             }
             match emits {
                 Some(light) => {
-                    let (facets, ball) = primitives(index, &shape.geometry, shape.reverse_orientation)?;
+                    let (facets, ball) = primitives(index, &shape.geometry, shape.reverse_orientation, stop)?;
                     let shapes = facets.into_iter().map(LightShape::Facet).chain(ball.map(LightShape::Ball));
                     lights.extend(shapes.map(|shape| Light { shape, radiance: light.radiance, material }));
                 }
@@ -147,21 +167,21 @@ impl BuiltScene {
             None => {
                 let (mut facets, mut balls) = (Vec::new(), Vec::new());
                 for shape in &opaque {
-                    let (more, ball) = primitives(shape.index, &shape.geometry, shape.reverse_orientation)?;
+                    let (more, ball) = primitives(shape.index, &shape.geometry, shape.reverse_orientation, stop)?;
                     facets.extend(more);
                     balls.extend(ball);
                     check_count(facets.len() + lights.len())?;
                 }
-                Arc::new(Geometry::new(facets, balls))
+                Arc::new(Geometry::new(facets, balls, stop)?)
             }
         };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
         coincident::raise(&mut lights, &geometry, epsilon);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights = if all_outside(&geometry, &lights, epsilon) {
-            Lights::new(lights).seen_from_outside()
+            Lights::new(lights, stop)?.seen_from_outside()
         } else {
-            Lights::new(lights)
+            Lights::new(lights, stop)?
         };
         let [columns, rows] = settings.image.resolution.map(|pixels| pixels.div_ceil(grid::SIDE) as usize);
         // What a patch sees is a matter of shapes and camera alone.
@@ -192,6 +212,16 @@ impl BuiltScene {
         })
     }
 
+    /// True if geometry built for one of two scenes serves the other, too: the same shapes are opaque and emit nothing.
+    pub fn same_geometry(a: &Scene, b: &Scene) -> bool {
+        let alike = |(a, b): (&scene::Shape, &scene::Shape)| match (emission(a), emission(b)) {
+            (Some(_), Some(_)) => true,
+            (None, None) => a.reverse_orientation == b.reverse_orientation && same_primitives(&a.geometry, &b.geometry),
+            (Some(_), None) | (None, Some(_)) => false,
+        };
+        a.shapes.len() == b.shapes.len() && a.shapes.iter().zip(&b.shapes).all(alike)
+    }
+
     /// The same scene, in which every primitive is asked for every ray: to compare with.
     #[must_use]
     pub fn without_lists(mut self) -> Self {
@@ -216,6 +246,25 @@ impl BuiltScene {
     #[inline(always)]
     pub fn material(&self, shape: u32) -> Option<&Material> {
         self.materials.get(shape as usize).filter(|material| material.scatters())
+    }
+}
+
+/// The light of a shape that emits.
+fn emission(shape: &scene::Shape) -> Option<&scene::Light> {
+    shape.light.as_ref().filter(|light| light.on && light.radiance != Vec3::ZERO)
+}
+
+/// True if the same primitives come of both. Meshes have to be the same object: to compare a million
+/// vertices would take as long as to look at them again.
+fn same_primitives(a: &scene::Geometry, b: &scene::Geometry) -> bool {
+    match (a, b) {
+        (
+            scene::Geometry::Mesh { positions: a, triangles: b },
+            scene::Geometry::Mesh { positions: c, triangles: d },
+        ) => Arc::ptr_eq(a, c) && Arc::ptr_eq(b, d),
+        (scene::Geometry::Sphere { .. }, scene::Geometry::Sphere { .. }) => a == b,
+        (scene::Geometry::Mesh { .. }, scene::Geometry::Sphere { .. })
+        | (scene::Geometry::Sphere { .. }, scene::Geometry::Mesh { .. }) => false,
     }
 }
 
@@ -256,20 +305,26 @@ fn check_count(triangles: usize) -> Result<(), Invalid> {
 }
 
 /// The primitives of shape `index`: facets of a mesh, or one sphere.
-fn primitives(index: usize, geometry: &scene::Geometry, reverse: bool) -> Result<(Vec<Facet>, Option<Ball>), Invalid> {
+fn primitives(
+    index: usize,
+    geometry: &scene::Geometry,
+    reverse: bool,
+    stop: Stop<'_>,
+) -> Result<(Vec<Facet>, Option<Ball>), Unbuilt> {
     match geometry {
         scene::Geometry::Sphere { center, radius } => {
             if !(center.is_finite() && radius.is_finite() && *radius > 0.0 && radius * radius > 0.0) {
                 return Err(Invalid(format!(
                     "shape {index}: sphere at {center} with radius {radius}, expected finite numbers and a radius > 0"
-                )));
+                ))
+                .into());
             }
             let ball = Ball { center: *center, radius: *radius, inward: reverse, shape: index as u32 };
             Ok((Vec::new(), Some(ball)))
         }
         scene::Geometry::Mesh { positions, triangles } => {
             if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_element() > 1e15) {
-                return Err(Invalid(format!("shape {index}: vertex at {p}, expected numbers below 1e15")));
+                return Err(Invalid(format!("shape {index}: vertex at {p}, expected numbers below 1e15")).into());
             }
             let corner = |i: u32| {
                 positions.get(i as usize).copied().ok_or_else(|| {
@@ -282,6 +337,7 @@ fn primitives(index: usize, geometry: &scene::Geometry, reverse: bool) -> Result
             let mut facets = Vec::with_capacity(triangles.len());
             let mut i = 0;
             while i < triangles.len() {
+                stop.check_in_turn(facets.len())?;
                 let [a, b, c] = triangles[i];
                 let (pa, pb, pc) = (corner(a)?, corner(b)?, corner(c)?);
                 let quad = match triangles.get(i + 1) {

@@ -1,14 +1,13 @@
 //! Building the tree: a binary tree, gathered into nodes of sixteen children.
 
 use glam::Vec3;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
+use super::clusters::Clusters;
+use super::moves::improve;
 use super::{BALL_NUMBERS, BALLS, CLUSTERED, FAN, INNER, KIND_BITS, LEAF, Node, Tree, WINDOW};
-use crate::geometry::bounds::{ball_box, facet_box};
+use crate::geometry::bounds::{Aabb, ball_box, facet_box};
 use crate::geometry::shape::{Ball, FACET_NUMBERS, Facet};
+use crate::stop::{Stop, Stopped};
 
 /// Primitives that are to become a child.
 #[derive(Clone, Copy)]
@@ -21,10 +20,9 @@ pub(super) struct Part {
     bounds: Aabb,
 }
 
-/// The binary tree that the tree is made from.
-pub(crate) struct Binary<'a> {
-    tree: Bvh2,
-    boxes: &'a [Aabb],
+/// The binary tree that the tree is made from. Its leaves, one for each primitive, have the primitives' numbers.
+pub(crate) struct Binary {
+    tree: Clusters,
     /// Most primitives of a leaf.
     leaf: usize,
     /// Primitives in the order of the leaves.
@@ -55,38 +53,37 @@ pub(super) struct Gathering {
 /// See [`Gathering`].
 pub(super) const WHOLE: u32 = u32::MAX;
 
-impl<'a> Binary<'a> {
+impl Binary {
     /// Over boxes, at least one; those from `first_ball` on are not mixed with others in a leaf.
-    pub(crate) fn new(boxes: &'a [Aabb], first_ball: usize, leaf: usize) -> Self {
-        let indices = (0..boxes.len() as u32).collect();
-        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-            PlocSearchDistance::High,
-            boxes,
-            indices,
-            SortPrecision::U64,
-            0,
-        );
-        ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
+    pub(crate) fn new(boxes: &[Aabb], first_ball: usize, leaf: usize, stop: Stop<'_>) -> Result<Self, Stopped> {
+        let mut tree = Clusters::new(boxes, stop)?;
+        improve(&mut tree, stop)?;
         let mut order = Vec::with_capacity(boxes.len());
-        let mut ranges = vec![[0; 2]; tree.nodes.len()];
-        let mut upwards = Vec::with_capacity(tree.nodes.len() / 2);
+        let mut ranges = vec![[0; 2]; tree.bounds.len()];
+        let mut upwards = Vec::with_capacity(boxes.len());
         // Down on the way in, up on the way out: a node is there twice, the second time marked.
         const OUT: u32 = 1 << 31;
-        let mut stack = vec![0];
+        let mut stack = vec![tree.root];
+        let mut turn = 0;
         while let Some(at) = stack.pop() {
-            let id = (at & !OUT) as usize;
-            let node = tree.nodes[id];
+            stop.check_in_turn(turn)?;
+            turn += 1;
+            let node = at & !OUT;
+            let id = node as usize;
             if at & OUT != 0 {
                 ranges[id][1] = order.len() as u32 - ranges[id][0];
-                upwards.push(id as u32);
+                upwards.push(node);
                 continue;
             }
-            ranges[id] = [order.len() as u32, node.prim_count];
-            if node.prim_count > 0 {
-                let first = node.first_index as usize;
-                order.extend_from_slice(&tree.primitive_indices[first..first + node.prim_count as usize]);
-            } else {
-                stack.extend([at | OUT, node.first_index + 1, node.first_index]);
+            match tree.below(node) {
+                None => {
+                    ranges[id] = [order.len() as u32, 1];
+                    order.push(node);
+                }
+                Some([first, second]) => {
+                    ranges[id] = [order.len() as u32, 0];
+                    stack.extend([at | OUT, second, first]);
+                }
             }
         }
         let mut balls_before = Vec::with_capacity(order.len() + 1);
@@ -96,12 +93,17 @@ impl<'a> Binary<'a> {
             balls += u32::from(id as usize >= first_ball);
         }
         balls_before.push(balls);
-        Self { tree, boxes, leaf, order, ranges, balls_before, upwards }
+        Ok(Self { tree, leaf, order, ranges, balls_before, upwards })
+    }
+
+    /// The whole tree.
+    pub(super) fn whole(&self) -> Part {
+        self.part(self.tree.root)
     }
 
     pub(super) fn part(&self, node: u32) -> Part {
         let [first, count] = self.ranges[node as usize].map(|v| v as usize);
-        Part { first, count, node: Some(node), bounds: self.tree.nodes[node as usize].aabb }
+        Part { first, count, node: Some(node), bounds: self.tree.bounds[node as usize] }
     }
 
     /// `None` if there are facets and balls.
@@ -122,15 +124,15 @@ impl<'a> Binary<'a> {
 
     /// The two nodes below one that has any.
     pub(super) fn below(&self, node: u32) -> [u32; 2] {
-        let first = self.tree.nodes[node as usize].first_index;
-        [first, first + 1]
+        self.tree.below(node).expect("a node that is no leaf")
     }
 
     /// The best way to gather the nodes.
-    pub(super) fn gather(&self) -> Gathering {
-        let mut rows = vec![WHOLE; self.tree.nodes.len()];
+    pub(super) fn gather(&self, stop: Stop<'_>) -> Result<Gathering, Stopped> {
+        let mut rows = vec![WHOLE; self.tree.bounds.len()];
         let (mut shares, mut costs) = (Vec::new(), Vec::<[f32; FAN - 1]>::new());
-        for &node in &self.upwards {
+        for (turn, &node) in self.upwards.iter().enumerate() {
+            stop.check_in_turn(turn)?;
             let part = self.part(node);
             if self.may_be_leaf(&part) {
                 continue;
@@ -165,7 +167,7 @@ impl<'a> Binary<'a> {
             shares.push(best);
             costs.push(cost);
         }
-        Gathering { rows, shares }
+        Ok(Gathering { rows, shares })
     }
 
     /// The children of a part: those that are best if the binary tree is followed, else equal shares.
@@ -204,8 +206,8 @@ impl<'a> Binary<'a> {
         ends.clone()
             .zip(ends.skip(1))
             .map(|(first, end)| {
-                let boxes = self.order[first..end].iter().map(|&id| self.boxes[id as usize]);
-                let bounds = boxes.fold(Aabb::empty(), |all, one| all.union(&one));
+                let boxes = self.order[first..end].iter().map(|&id| self.tree.bounds[id as usize]);
+                let bounds = boxes.fold(Aabb::EMPTY, |all, one| all.union(&one));
                 Part { first, count: end - first, node: None, bounds }
             })
             .collect()
@@ -213,16 +215,21 @@ impl<'a> Binary<'a> {
 
     /// The nodes of sixteen children, the second one on top of all; the first one has that as its only child. `leaf` makes
     /// a child of primitives, by their numbers, that are balls or not.
-    pub(crate) fn collapse(&self, mut leaf: impl FnMut(bool, &[u32]) -> u32) -> Vec<Node> {
+    pub(crate) fn collapse(
+        &self,
+        stop: Stop<'_>,
+        mut leaf: impl FnMut(bool, &[u32]) -> u32,
+    ) -> Result<Vec<Node>, Stopped> {
         let mut nodes = vec![Node::EMPTY, Node::EMPTY];
         nodes[0].child[0] = 1 << KIND_BITS | INNER;
         for axis in 0..3 {
             nodes[0].planes[axis][0] = f32::NEG_INFINITY;
             nodes[0].planes[axis + 3][0] = f32::INFINITY;
         }
-        let gathering = self.gather();
-        let mut todo = vec![(1, self.part(0), 1)];
+        let gathering = self.gather(stop)?;
+        let mut todo = vec![(1, self.whole(), 1)];
         while let Some((at, part, level)) = todo.pop() {
+            stop.check_in_turn(at << 6)?;
             let follow = level < CLUSTERED;
             let part = Part { node: part.node.filter(|_| follow), ..part };
             let children = self.children(part, &gathering);
@@ -248,7 +255,7 @@ impl<'a> Binary<'a> {
             // The first one next: neighbours in space are neighbours in memory.
             todo[first_inner..].reverse();
         }
-        nodes
+        Ok(nodes)
     }
 }
 
@@ -262,14 +269,18 @@ pub(super) fn padded(bounds: &Aabb) -> [Vec3; 2] {
 
 impl Tree {
     /// Builds the tree and puts the primitives, at least one, into its order.
-    pub fn new(facets: &mut Vec<Facet>, balls: &mut Vec<Ball>) -> Self {
+    ///
+    /// # Errors
+    /// If it is stopped.
+    pub fn new(facets: &mut Vec<Facet>, balls: &mut Vec<Ball>, stop: Stop<'_>) -> Result<Self, Stopped> {
         let boxes: Vec<Aabb> = facets.iter().map(facet_box).chain(balls.iter().map(ball_box)).collect();
-        let binary = Binary::new(&boxes, facets.len(), LEAF);
+        let binary = Binary::new(&boxes, facets.len(), LEAF, stop)?;
+        drop(boxes);
         let (mut facet_numbers, mut ball_numbers) = (Vec::new(), Vec::new());
         facet_numbers.reserve_exact(facets.len() * FACET_NUMBERS + WINDOW);
         ball_numbers.reserve_exact(balls.len() * BALL_NUMBERS + WINDOW);
         let (mut facet_order, mut ball_order) = (Vec::new(), Vec::new());
-        let nodes = binary.collapse(|are_balls, ids| {
+        let nodes = binary.collapse(stop, |are_balls, ids| {
             let kind = (ids.len() - 1) as u32;
             if are_balls {
                 let first = ball_order.len();
@@ -289,14 +300,14 @@ impl Tree {
                 }
                 (first as u32) << KIND_BITS | kind
             }
-        });
+        })?;
         // Lanes read beyond the last leaf.
         facet_numbers.extend([0.0; WINDOW]);
         ball_numbers.extend([0.0; WINDOW]);
         let first_ball = facets.len() as u32;
         *facets = facet_order;
         *balls = ball_order;
-        Self { nodes, facets: facet_numbers, balls: ball_numbers, first_ball }
+        Ok(Self { nodes, facets: facet_numbers, balls: ball_numbers, first_ball })
     }
 
     /// Number of nodes.
@@ -321,7 +332,7 @@ mod tests {
     }
 
     /// Sum of the areas of all nodes and leaves below a part, and number of levels.
-    pub(super) fn cost(binary: &Binary<'_>, gathering: &Gathering, part: Part) -> (f64, usize) {
+    pub(super) fn cost(binary: &Binary, gathering: &Gathering, part: Part) -> (f64, usize) {
         let children = binary.children(part, gathering);
         assert!(children.len() <= FAN);
         let (mut sum, mut levels) = (0.0, 0);
@@ -338,7 +349,7 @@ mod tests {
 
     /// The least such sum of all ways to give a wide node exactly 1, 2, ... children from one binary node; the first is
     /// that of the node as a whole.
-    pub(super) fn least_costs(binary: &Binary<'_>, node: u32) -> Vec<f64> {
+    pub(super) fn least_costs(binary: &Binary, node: u32) -> Vec<f64> {
         let part = binary.part(node);
         let area = f64::from(part.bounds.half_area());
         if binary.may_be_leaf(&part) {
@@ -367,11 +378,11 @@ mod tests {
         heaps.push(((0..15 * 16).map(|i| Aabb::new(cell(i), cell(i) + 1.0)).collect(), 15 * 16, 1));
         for (boxes, first_ball, leaf) in heaps {
             let n = boxes.len();
-            let binary = Binary::new(&boxes, first_ball, leaf);
-            let top = binary.part(0);
-            let (found, levels) = cost(&binary, &binary.gather(), top);
+            let binary = Binary::new(&boxes, first_ball, leaf, Stop::NEVER).expect("nobody stops it");
+            let (root, top) = (binary.tree.root, binary.whole());
+            let (found, levels) = cost(&binary, &binary.gather(Stop::NEVER).expect("nobody stops it"), top);
             assert!(levels < CLUSTERED, "the binary tree is followed everywhere");
-            let least = least_costs(&binary, 0)[0] - f64::from(top.bounds.half_area());
+            let least = least_costs(&binary, root)[0] - f64::from(top.bounds.half_area());
             assert!((found - least).abs() < 1e-5 * least, "{n} boxes, {leaf} to a leaf: {found} and {least}");
         }
     }
@@ -385,7 +396,8 @@ mod tests {
         for (boxes, first_ball, leaf) in
             [(&chain, 250, 1), (&chain, 100, 8), (&flat, 5000, 1), (&flat, 2500, 8), (&boxes(5000, 0.3), 2000, 8)]
         {
-            let nodes = Binary::new(boxes, first_ball, leaf).collapse(|_, _| 0);
+            let binary = Binary::new(boxes, first_ball, leaf, Stop::NEVER).expect("nobody stops it");
+            let nodes = binary.collapse(Stop::NEVER, |_, _| 0).expect("nobody stops it");
             let mut levels = vec![0; nodes.len()];
             for (i, node) in nodes.iter().enumerate() {
                 for child in node.child.into_iter().filter(|child| child & INNER != 0) {
@@ -396,8 +408,8 @@ mod tests {
             assert!(most <= LEVELS, "{most} levels over {} boxes", boxes.len());
         }
         // The chain goes deeper than the binary tree is followed, so that the bound means something.
-        let binary = Binary::new(&chain, 250, 1);
-        let (_, levels) = cost(&binary, &binary.gather(), binary.part(0));
+        let binary = Binary::new(&chain, 250, 1, Stop::NEVER).expect("nobody stops it");
+        let (_, levels) = cost(&binary, &binary.gather(Stop::NEVER).expect("nobody stops it"), binary.whole());
         assert!(levels > CLUSTERED, "{levels} levels");
     }
 }

@@ -17,6 +17,9 @@
 //! have won.
 
 mod build;
+mod clusters;
+mod curve;
+mod moves;
 mod walk;
 
 use super::shape::FACET_NUMBERS;
