@@ -575,12 +575,11 @@ fn a_picture_of_another_program_is_looked_at_and_the_lesson_stays() {
 #[test]
 fn a_picture_of_another_program_may_be_there_from_the_start() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let options = AppOptions { scene: Some(foreign(folder.path())), threads: 1, prefs: Some(Prefs::default()) };
-    let harness = Harness::builder()
-        .with_size([1280.0, 1000.0])
-        .with_max_steps(64)
-        .build_eframe(move |cc| MisLabApp::new(cc, options));
-    let mut lab = Lab { harness, folder };
+    let options = AppOptions { scene: Some(foreign(folder.path())), threads: 1, ..AppOptions::default() };
+    let size = [1280.0, 1000.0];
+    let harness =
+        Harness::builder().with_size(size).with_max_steps(64).build_eframe(move |cc| MisLabApp::new(cc, options));
+    let mut lab = Lab { harness, folder, size };
     lab.until("the picture", |lab| lab.has("Made by another program"));
     lab.harness.step();
     assert!(!lab.has("was not opened"));

@@ -8,10 +8,10 @@
 //!
 //! Every ray is walked alone: light samples of one packet go to as many lights as there are lanes.
 
-use crate::geometry::bounds::Aabb;
 use crate::geometry::bvh::{Binary, FAN, INNER, KIND_BITS, LEVELS, Node, near_and_far, reciprocal};
 use crate::lanes::{Lanes, Mask, PACKET, Place, Real, V3};
 use crate::stop::{Stop, Stopped};
+use obvhs::aabb::Aabb;
 
 /// Longest list of a ray. One that may hit more lights has to ask all.
 pub const MOST_MET: usize = 8;

@@ -1,11 +1,13 @@
 //! Building the tree: a binary tree, gathered into nodes of sixteen children.
 
 use glam::Vec3;
+use obvhs::aabb::Aabb;
 
+use super::by_obvhs;
 use super::clusters::Clusters;
 use super::moves::improve;
 use super::{BALL_NUMBERS, BALLS, CLUSTERED, FAN, INNER, KIND_BITS, LEAF, Node, Tree, WINDOW};
-use crate::geometry::bounds::{Aabb, ball_box, facet_box};
+use crate::geometry::bounds::{ball_box, facet_box};
 use crate::geometry::shape::{Ball, FACET_NUMBERS, Facet};
 use crate::stop::{Stop, Stopped};
 
@@ -56,8 +58,13 @@ pub(super) const WHOLE: u32 = u32::MAX;
 impl Binary {
     /// Over boxes, at least one; those from `first_ball` on are not mixed with others in a leaf.
     pub(crate) fn new(boxes: &[Aabb], first_ball: usize, leaf: usize, stop: Stop<'_>) -> Result<Self, Stopped> {
-        let mut tree = Clusters::new(boxes, stop)?;
-        improve(&mut tree, stop)?;
+        let tree = if boxes.len() <= by_obvhs::MOST {
+            by_obvhs::build(boxes)
+        } else {
+            let mut tree = Clusters::new(boxes, stop)?;
+            improve(&mut tree, stop)?;
+            tree
+        };
         let mut order = Vec::with_capacity(boxes.len());
         let mut ranges = vec![[0; 2]; tree.bounds.len()];
         let mut upwards = Vec::with_capacity(boxes.len());
@@ -207,7 +214,7 @@ impl Binary {
             .zip(ends.skip(1))
             .map(|(first, end)| {
                 let boxes = self.order[first..end].iter().map(|&id| self.tree.bounds[id as usize]);
-                let bounds = boxes.fold(Aabb::EMPTY, |all, one| all.union(&one));
+                let bounds = boxes.fold(Aabb::empty(), |all, one| all.union(&one));
                 Part { first, count: end - first, node: None, bounds }
             })
             .collect()

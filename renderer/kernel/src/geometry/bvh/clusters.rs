@@ -5,8 +5,9 @@
 //! hierarchy construction"). Where boxes are equal, nested or flat, many choices are equally good or nobody is chosen in
 //! return; such a row is joined pair by pair, so that the time is near n log n whatever the boxes.
 
+use obvhs::aabb::Aabb;
+
 use super::curve::along_curve;
-use crate::geometry::bounds::Aabb;
 use crate::stop::{Stop, Stopped};
 
 /// How many neighbours on either side are looked at.

@@ -1,8 +1,8 @@
 //! The order of boxes along a curve that fills space: neighbours in that order are near each other.
 
 use glam::DVec3;
+use obvhs::aabb::Aabb;
 
-use crate::geometry::bounds::Aabb;
 use crate::stop::{Stop, Stopped};
 
 /// Digits of a coordinate.

@@ -17,6 +17,7 @@
 //! have won.
 
 mod build;
+mod by_obvhs;
 mod clusters;
 mod curve;
 mod moves;

@@ -170,9 +170,9 @@ fn order(v: f32) -> u32 {
 #[cfg(test)]
 mod tests {
     use glam::Vec3A;
+    use obvhs::aabb::Aabb;
 
     use super::*;
-    use crate::geometry::bounds::Aabb;
 
     fn cost(tree: &Clusters) -> f64 {
         let inner = (0..tree.bounds.len() as u32).filter(|&node| tree.below(node).is_some());
