@@ -1042,10 +1042,13 @@ fn nothing_jumps_when_weights_get_biased_or_warnings_come() {
         (lab.rect("Layer: Picture"), lab.rect("Normalise"), picture, spp)
     };
     let before = places(&lab);
+    let scene = lab.document().scene.name.clone();
+    let named = lab.rect(&scene);
     lab.slide("c", 1.0);
     lab.settle();
     assert!(lab.has("biased, too dark"), "it is said");
     assert_eq!(places(&lab), before);
+    assert_eq!(lab.rect(&scene), named);
 
     let good = lab.file("good.pbrt");
     std::fs::write(&good, small_scene().replace("WorldBegin", "WorldBegin\nTwiddle 1\n")).expect("write");
@@ -1155,7 +1158,7 @@ fn hints_of_the_bar_keep_clear_of_the_formula_in_a_narrow_window() {
     let formula = lab.harness.query_all_by_label_contains("Formula: ").next().expect("a formula").rect();
     let at = lab.harness.get_by_role_and_label(Role::Slider, "c").rect().center();
     lab.rest_on(at);
-    let hint = lab.harness.query_all_by_label_contains("sample_L_pdf").next().expect("a hint").rect();
+    let hint = lab.harness.query_all_by_label_contains("probability of drawing").next().expect("a hint").rect();
     assert!(!hint.intersects(formula), "{hint:?} over {formula:?}");
     assert!(hint.top() > at.y, "under what it explains");
 }
@@ -1243,6 +1246,23 @@ fn a_press_and_a_long_way_in_one_pass_are_a_drag() {
     assert!(lab.document().view.exposure_ev > 9.0, "{}", lab.document().view.exposure_ev);
     lab.harness.event(button(far, false));
     lab.harness.run_steps(2);
+}
+
+#[test]
+fn the_cursor_says_what_a_drag_does() {
+    let mut lab = Lab::new();
+    let cursor = |lab: &mut Lab, at: egui::Pos2| {
+        lab.harness.hover_at(at);
+        lab.harness.run_steps(2);
+        lab.harness.output().platform_output.cursor_icon
+    };
+    let rail = lab.harness.get_by_role_and_label(Role::Slider, "Exposure").rect().center();
+    assert_eq!(cursor(&mut lab, rail), egui::CursorIcon::ResizeHorizontal);
+    let picture = lab.harness.get_by_role_and_label(Role::Image, "Picture").rect();
+    let at = picture.center_bottom() - egui::vec2(0.0, 60.0);
+    assert_eq!(cursor(&mut lab, at), egui::CursorIcon::Crosshair, "nothing to move, all of it is there");
+    lab.apply(Command::ActualSize);
+    assert_eq!(cursor(&mut lab, picture.center()), egui::CursorIcon::Grab);
 }
 
 #[test]

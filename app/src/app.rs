@@ -260,7 +260,10 @@ impl MisLabApp {
         let wanted = step.from(prefs.zoom);
         let grown = zoom::factor(native, scale, wanted) > zoom::factor(native, scale, prefs.zoom) + 1e-3;
         if step == ZoomStep::Larger && !grown {
-            messages.say("No room for anything larger. Ctrl+B hides the panels: the projector view.");
+            messages.say(match scale {
+                TypeScale::Desk => "No room for anything larger. Ctrl+B hides the panels: the projector view.",
+                TypeScale::Hall => "No room for anything larger.",
+            });
             return;
         }
         prefs.zoom = wanted;

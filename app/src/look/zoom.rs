@@ -1,7 +1,6 @@
 //! How large the interface is drawn: from the window's height, times what the user wants.
 
 use eframe::egui::Vec2;
-use serde::{Deserialize, Serialize};
 
 use super::theme::TypeScale;
 
@@ -9,7 +8,7 @@ use super::theme::TypeScale;
 pub const FULL_WIDTH: f32 = 1100.0;
 
 /// One step of the interface's size.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ZoomStep {
     /// One step up.
     Larger,

@@ -112,18 +112,28 @@ impl Caption {
         response.hint("The strategy of the picture on screen.");
     }
 
+    /// The scene, and behind it what comes and goes.
     fn remarks_ui(&self, ui: &mut Ui) {
         let wrong = Inks::of(ui.visuals()).wrong;
+        let font = TextStyle::Small.resolve(ui.style());
+        let biased = self.bias.map(|_| "biased");
+        let behind = self.behind.then_some("previous settings \u{2026}");
+        let gap = ui.spacing().item_spacing.x;
+        let remarks: f32 = [biased, behind].into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         let small = |text: &str| RichText::new(text).text_style(TextStyle::Small);
-        if let Some(bias) = self.bias {
-            ui.label(small("biased").color(wrong)).hint(bias);
+        let scene = egui::Label::new(small(&self.scene).color(ui.visuals().weak_text_color())).truncate();
+        let room = (ui.available_width() - remarks).max(0.0);
+        let scene = ui.scope(|ui| {
+            ui.set_max_width(room);
+            ui.add(scene)
+        });
+        scene.inner.hint(format!("The scene: {}", self.scene));
+        if let (Some(text), Some(bias)) = (biased, self.bias) {
+            ui.label(small(text).color(wrong)).hint(bias);
         }
-        if self.behind {
-            ui.label(small("previous settings \u{2026}").italics());
+        if let Some(text) = behind {
+            ui.label(small(text).italics());
         }
-        let weak = ui.visuals().weak_text_color();
-        let scene = egui::Label::new(small(&self.scene).color(weak)).truncate();
-        ui.add(scene).hint(format!("The scene: {}", self.scene));
     }
 }
 
