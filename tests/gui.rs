@@ -488,18 +488,18 @@ fn snapshots_restore_everything() {
 #[test]
 fn a_black_picture_says_why() {
     let mut lab = Lab::new();
-    assert!(!lab.has("no light reaches"));
+    assert!(!lab.has("No light reaches"));
     let dark = lab.file("dark.pbrt");
     std::fs::write(&dark, small_scene().replace("AreaLightSource", "LightSource")).expect("write");
     lab.apply(Command::OpenPath(dark.clone()));
     lab.until("the dark scene", |lab| lab.document().opened.path.as_deref() == Some(dark.as_path()));
     lab.settle();
-    assert!(lab.has("no light reaches this picture directly: the scene has no area light"));
+    assert!(lab.has("No light reaches this picture directly: the scene has no area light"));
     // It goes when its cause goes.
     lab.apply(Command::OpenShipped(mislab::state::command::Shipped::Veach));
     lab.apply(Edit::SetSpp(SppTarget::passes(1)));
     lab.settle();
-    assert!(!lab.has("no light reaches"));
+    assert!(!lab.has("No light reaches"));
 }
 
 #[test]

@@ -11,6 +11,10 @@ use super::params::{At, Params};
 use crate::error::Error;
 use crate::near::near;
 
+/// The largest image side of [`Settings::check`], and the most samples per pixel that pbrt's numbers can say.
+const MAX_SIDE: u32 = 65536;
+const MAX_SPP: u32 = i32::MAX as u32;
+
 /// Of pbrt-v3: image size, and samples per pixel of most samplers.
 const DEFAULT_RESOLUTION: [u32; 2] = [1280, 720];
 const DEFAULT_SPP: u32 = 16;
@@ -42,8 +46,8 @@ pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, lo
     }
     let filename = params.text("filename", log)?.map_or_else(|| "pbrt.exr".to_owned(), |f| f.value);
     s.image.resolution = [
-        params.integer("xresolution", 1, log)?.map_or(DEFAULT_RESOLUTION[0], |v| v.value),
-        params.integer("yresolution", 1, log)?.map_or(DEFAULT_RESOLUTION[1], |v| v.value),
+        params.integer("xresolution", 1..=MAX_SIDE, log)?.map_or(DEFAULT_RESOLUTION[0], |v| v.value),
+        params.integer("yresolution", 1..=MAX_SIDE, log)?.map_or(DEFAULT_RESOLUTION[1], |v| v.value),
     ];
     s.image.crop = [0.0, 1.0, 0.0, 1.0];
     let crop = params.floats::<4>("cropwindow", log)?;
@@ -70,8 +74,8 @@ pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, lo
 pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings, log: &mut Log) -> Result<(), Error> {
     if kind == "stratified" {
         let strata = [
-            params.integer("xsamples", 1, log)?.map_or(4, |v| v.value),
-            params.integer("ysamples", 1, log)?.map_or(4, |v| v.value),
+            params.integer("xsamples", 1..=SamplerSettings::MAX_STRATA, log)?.map_or(4, |v| v.value),
+            params.integer("ysamples", 1..=SamplerSettings::MAX_STRATA, log)?.map_or(4, |v| v.value),
         ];
         let jitter = params.boolean("jitter", log)?.unwrap_or(true);
         s.sampling.sampler = SamplerSettings { kind: SamplerKind::Stratified, strata, jitter };
@@ -107,7 +111,7 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
             (SamplerKind::Independent, DEFAULT_SPP)
         }
     };
-    let spp = params.integer("pixelsamples", 1, log)?.map_or(default_spp, |v| v.value);
+    let spp = params.integer("pixelsamples", 1..=MAX_SPP, log)?.map_or(default_spp, |v| v.value);
     // The strata count only if the user switches to the stratified sampler.
     s.sampling.sampler = SamplerSettings { kind: sampler, strata: SamplerSettings::strata_for(spp), jitter: true };
     s.sampling.spp = NonZeroU32::new(spp);

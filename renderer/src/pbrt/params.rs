@@ -1,5 +1,7 @@
 //! The parameter list of a directive: `"type name" values` pairs, looked up by name and type.
 
+use std::ops::RangeInclusive;
+
 use glam::{DVec3, Vec3};
 
 use super::directives::SETTINGS;
@@ -227,17 +229,19 @@ impl Params {
         Ok(Some(At { value: Self::exactly::<N>(p, &owner, log)?, at: p.first_value_at() }))
     }
 
-    /// `"integer name"` of at least `min`.
-    pub fn integer(&mut self, name: &'static str, min: u32, log: &Log) -> Result<Option<At<u32>>, Error> {
+    /// `"integer name"` in a range.
+    pub fn integer(
+        &mut self,
+        name: &'static str,
+        range: RangeInclusive<u32>,
+        log: &Log,
+    ) -> Result<Option<At<u32>>, Error> {
         let owner = self.owner.clone();
         let Some(p) = self.find(name, &["integer"], log)? else { return Ok(None) };
         let [v] = Self::exactly::<1>(p, &owner, log)?;
-        if v > f64::from(i32::MAX) {
-            let message = format!("{owner}: \"{name}\" is {v}, expected at most {}", i32::MAX);
-            return Err(log.error(p.first_value_at(), message));
-        }
-        if v.fract() != 0.0 || v < f64::from(min) {
-            let message = format!("{owner}: \"{name}\" is {v}, expected a whole number of at least {min}");
+        let (least, most) = range.into_inner();
+        if v.fract() != 0.0 || v < f64::from(least) || v > f64::from(most) {
+            let message = format!("{owner}: \"{name}\" is {v}, expected a whole number from {least} to {most}");
             return Err(log.error(p.first_value_at(), message));
         }
         Ok(Some(At { value: v as u32, at: p.first_value_at() }))

@@ -1,5 +1,6 @@
 //! Shapes, moved to world space, and their emission.
 
+use std::cmp::Ordering;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -202,7 +203,11 @@ fn face_normals(
     let is_behind = |[a, b, c]: [u32; 3]| {
         let shading = to_world * (normals[a as usize] + normals[b as usize] + normals[c as usize]);
         let side = cross(positions, [a, b, c]).dot(shading);
-        if side < 0.0 || side > 0.0 { side < 0.0 } else { by_winding }
+        match side.partial_cmp(&0.0) {
+            Some(Ordering::Less) => true,
+            Some(Ordering::Greater) => false,
+            Some(Ordering::Equal) | None => by_winding,
+        }
     };
     if triangles.iter().all(|t| is_behind(*t)) {
         return true;

@@ -159,6 +159,28 @@ fn a_lamp_in_a_wall_is_in_front_of_it_for_all_rays() {
 }
 
 #[test]
+fn so_it_is_in_any_plane_and_among_many_surfaces() {
+    let many: String =
+        (0..30).map(|i| format!("TransformBegin Translate {i} 0 60 Shape \"sphere\" TransformEnd\n")).collect();
+    // A trapezium, which is two lights, in a wall along no axis.
+    let lamp = WALL_LAMP.replace("1 2 -2  -1 2 -2]", "1 2 -2  -.7 2.1 -2]");
+    let apart = lamp.replace(" -2 ", " -1.999 ").replace("-2]", "-1.999]");
+    for more in ["", many.as_str()] {
+        for turn in ["", "Rotate 9 1 2 3 Translate .1 .2 .3"] {
+            let by = |lamp: &str, strategy: &str| {
+                let text = format!("{HEADER}{turn}\n{ROOM}{lamp}{more}WorldEnd").replace("mis_all", strategy);
+                mean(&parse(&text))
+            };
+            let expected = by(&apart, "mis_all");
+            for strategy in ["light", "mis_all"] {
+                let found = by(&lamp, strategy);
+                assert!((found / expected - 1.0).abs() < 0.01, "{turn} {strategy}: {found}, expected {expected}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_body_around_a_lamp_of_its_size_does_not_hide_it() {
     let lamp = lamp("0 2 0", 8.0, 0.4);
     let body = "AttributeBegin Translate 0 2 0 Shape \"sphere\" \"float radius\" [0.4] AttributeEnd\n";

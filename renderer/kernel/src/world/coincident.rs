@@ -22,9 +22,9 @@ const RAISE: f32 = 4.0;
 const SAME: f32 = 2.0;
 /// How far above the light the question is asked.
 const ABOVE: f32 = 16.0;
-/// About how many questions are asked of a scene, and at least one of each light.
+/// About how many questions are asked of a scene, and at least one of each shape.
 const QUESTIONS: usize = 1 << 12;
-/// Most questions in a row over a light.
+/// Most questions in a row over a facet.
 const MOST_IN_ROW: usize = 8;
 
 /// Leaves out the spheres that are where a sphere light is: the light is in front.
@@ -43,20 +43,35 @@ pub(super) fn drop_hidden(opaque: &mut Vec<Opaque>, lights: &[Light]) {
     });
 }
 
-/// Raises the flat lights that lie in the plane of a surface right where it is. `epsilon` is what shadow rays keep off.
+/// Raises the flat lights of each shape of which one lies in the plane of a surface right where it is. `epsilon` is what
+/// shadow rays keep off.
 pub(super) fn raise(lights: &mut [Light], geometry: &Geometry, epsilon: f32) {
-    let facets = lights.iter().filter(|light| matches!(light.shape, LightShape::Facet(_))).count();
+    let facets = lights.iter().filter(|light| facet(light).is_some()).count();
     if facets == 0 || geometry.is_empty() {
         return;
     }
     let in_row = (QUESTIONS / facets).isqrt().clamp(1, MOST_IN_ROW);
+    let every = facets.div_ceil(QUESTIONS);
     let everything = List::all(geometry.len());
-    for light in lights {
-        if let LightShape::Facet(facet) = &mut light.shape
-            && lies_on_surface(facet, geometry, &everything, epsilon, in_row)
-        {
-            facet.p0 += facet.normal * (RAISE * epsilon);
+    let coincides = |light: &Light| {
+        facet(light).is_some_and(|facet| lies_on_surface(facet, geometry, &everything, epsilon, in_row))
+    };
+    let same_shape = |a: &Light, b: &Light| facet(a).zip(facet(b)).is_some_and(|(a, b)| a.shape == b.shape);
+    for shape in lights.chunk_by_mut(same_shape) {
+        if shape.iter().step_by(every).any(coincides) {
+            for light in shape {
+                if let LightShape::Facet(facet) = &mut light.shape {
+                    facet.p0 += facet.normal * (RAISE * epsilon);
+                }
+            }
         }
+    }
+}
+
+fn facet(light: &Light) -> Option<&Facet> {
+    match &light.shape {
+        LightShape::Facet(facet) => Some(facet),
+        LightShape::Ball(_) => None,
     }
 }
 
