@@ -468,6 +468,19 @@ fn a_bad_file_leaves_the_picture() {
 }
 
 #[test]
+fn a_long_name_leaves_room_for_the_reason() {
+    let mut lab = Lab::new();
+    let bad = lab.file(&format!("{}.pbrt", "n".repeat(240)));
+    std::fs::write(&bad, "Film \"image\" \"integer xresolution\" [60\nWorldBegin\n").expect("write");
+    lab.apply(Command::OpenPath(bad));
+    lab.until("the error", |lab| lab.has("was not opened"));
+    lab.harness.run_steps(2);
+    let message = lab.harness.get_by_label_contains("expected a number");
+    let text = message.accesskit_node().value().or(message.accesskit_node().label()).unwrap_or_default();
+    assert!(text.chars().count() < 200, "{text}");
+}
+
+#[test]
 fn a_path_can_be_typed() {
     let mut lab = Lab::new();
     let other = lab.file("other.pbrt");

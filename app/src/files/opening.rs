@@ -94,5 +94,5 @@ fn unreadable(error: &Error, files: &[Watched]) -> Unreadable {
         }
         Error::Io { .. } | Error::File { .. } | Error::Invalid(_) => None,
     };
-    Unreadable { message: error.to_string(), line }
+    Unreadable { message: super::short_message(error), line }
 }
