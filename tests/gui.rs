@@ -703,15 +703,19 @@ fn what_was_kept_is_checked_and_written_long_before_the_end() {
     assert!(harness.query_by_label_contains("could not be used: ").is_some(), "said once");
     assert!(!harness.state().prefs().inspector, "the rest is kept");
     assert_eq!(harness.state().prefs().window, WindowPrefs::default(), "columns neither grow nor shrink by being kept");
+    let written = |harness: &mut Harness<'static, MisLabApp>, word: &str| {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !std::fs::read_to_string(&path).is_ok_and(|text| text.contains(word)) {
+            assert!(Instant::now() < deadline, "{word} is written without the program being closed");
+            harness.step();
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert_eq!(mislab::files::kept::load(&path).1, None, "and there is nothing to be said the next time");
+    };
+    written(&mut harness, "\"zoom\": 1.0");
     let ctx = harness.ctx.clone();
     harness.state_mut().apply(&ctx, Command::ToggleInspector);
-    let deadline = Instant::now() + Duration::from_secs(20);
-    while !std::fs::read_to_string(&path).is_ok_and(|text| text.contains("\"inspector\": true")) {
-        assert!(Instant::now() < deadline, "written without the program being closed");
-        harness.step();
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    assert_eq!(mislab::files::kept::load(&path).1, None, "and there is nothing to be said the next time");
+    written(&mut harness, "\"inspector\": true");
 }
 
 #[test]
