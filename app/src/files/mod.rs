@@ -16,8 +16,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use mislab_renderer::{Error, Frame};
 use mislab_renderer::snapshot::{self, SaveOptions};
+use mislab_renderer::{Error, Frame};
 
 use self::opening::{Reading, read};
 use self::queue::Queue;
