@@ -586,6 +586,19 @@ fn a_picture_of_another_program_may_be_there_from_the_start() {
 }
 
 #[test]
+fn a_long_name_leaves_room_for_the_reason() {
+    let mut lab = Lab::new();
+    let bad = lab.file(&format!("{}.pbrt", "n".repeat(240)));
+    std::fs::write(&bad, "Film \"image\" \"integer xresolution\" [60\nWorldBegin\n").expect("write");
+    lab.apply(Command::OpenPath(bad));
+    lab.until("the error", |lab| lab.has("was not opened"));
+    lab.harness.run_steps(2);
+    let message = lab.harness.get_by_label_contains("expected a number");
+    let text = message.accesskit_node().value().or(message.accesskit_node().label()).unwrap_or_default();
+    assert!(text.chars().count() < 200, "{text}");
+}
+
+#[test]
 fn a_path_can_be_typed() {
     let mut lab = Lab::new();
     let other = lab.file("other.pbrt");
@@ -808,15 +821,19 @@ fn what_was_kept_is_checked_and_written_long_before_the_end() {
     assert!(harness.query_by_label_contains("could not be used: ").is_some(), "said once");
     assert!(!harness.state().prefs().inspector, "the rest is kept");
     assert_eq!(harness.state().prefs().window, WindowPrefs::default(), "columns neither grow nor shrink by being kept");
+    let written = |harness: &mut Harness<'static, MisLabApp>, word: &str| {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !std::fs::read_to_string(&path).is_ok_and(|text| text.contains(word)) {
+            assert!(Instant::now() < deadline, "{word} is written without the program being closed");
+            harness.step();
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert_eq!(mislab::files::kept::load(&path).1, None, "and there is nothing to be said the next time");
+    };
+    written(&mut harness, "\"zoom\": 1.0");
     let ctx = harness.ctx.clone();
     harness.state_mut().apply(&ctx, Command::ToggleInspector);
-    let deadline = Instant::now() + Duration::from_secs(20);
-    while !std::fs::read_to_string(&path).is_ok_and(|text| text.contains("\"inspector\": true")) {
-        assert!(Instant::now() < deadline, "written without the program being closed");
-        harness.step();
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    assert_eq!(mislab::files::kept::load(&path).1, None, "and there is nothing to be said the next time");
+    written(&mut harness, "\"inspector\": true");
 }
 
 #[test]

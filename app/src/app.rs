@@ -80,7 +80,7 @@ impl MisLabApp {
     pub fn new(cc: &eframe::CreationContext<'_>, options: AppOptions) -> Self {
         let ctx = &cc.egui_ctx;
         let AppOptions { scene, threads, prefs, prefs_file, remark } = options;
-        let kept = prefs_file.map(|path| Kept::new(path, prefs.clone()));
+        let kept = prefs_file.map(|path| Kept::new(path, remark.is_none().then(|| prefs.clone())));
 
         theme::install_fonts(ctx);
         ctx.options_mut(|o| o.zoom_with_keyboard = false);

@@ -56,7 +56,7 @@ pub fn write(path: &Path, prefs: &Prefs) {
 pub struct Kept {
     /// The file.
     pub path: PathBuf,
-    written: Prefs,
+    written: Option<Prefs>,
     changed_at: Option<Instant>,
 }
 
@@ -72,14 +72,14 @@ pub enum Due {
 }
 
 impl Kept {
-    /// For a file that holds `prefs`.
-    pub fn new(path: PathBuf, prefs: Prefs) -> Self {
-        Self { path, written: prefs, changed_at: None }
+    /// For a file that holds `written`; `None` if it holds something that could not be used, lest that be said again.
+    pub fn new(path: PathBuf, written: Option<Prefs>) -> Self {
+        Self { path, written, changed_at: None }
     }
 
     /// Whether `prefs` are to be written; after [`Due::Now`] they count as written.
     pub fn due(&mut self, prefs: &Prefs, closing: bool) -> Due {
-        if *prefs == self.written {
+        if self.written.as_ref() == Some(prefs) {
             self.changed_at = None;
             return Due::No;
         }
@@ -88,7 +88,7 @@ impl Kept {
         if !left.is_zero() && !closing {
             return Due::In(left);
         }
-        self.written = prefs.clone();
+        self.written = Some(prefs.clone());
         self.changed_at = None;
         Due::Now
     }
@@ -103,7 +103,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("deep").join("preferences.json");
         assert_eq!(load(&path), (Prefs::default(), None), "no file yet");
-        let mut kept = Kept::new(path.clone(), Prefs::default());
+        let mut kept = Kept::new(path.clone(), Some(Prefs::default()));
         assert_eq!(kept.due(&Prefs::default(), true), Due::No, "nothing to write");
         let changed = Prefs { zoom: 1.5, ..Prefs::default() };
         assert!(matches!(kept.due(&changed, false), Due::In(_)), "not at once");

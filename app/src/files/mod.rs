@@ -16,8 +16,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
-use mislab_renderer::Frame;
 use mislab_renderer::snapshot::{self, SaveOptions};
+use mislab_renderer::{Error, Frame};
 
 use self::opening::{PictureFile, Reading, picture, read};
 use self::queue::Queue;
@@ -77,6 +77,17 @@ const NO_DIALOG: Duration = Duration::from_millis(400);
 
 /// Reading takes shorter than this, as a rule, and then is not worth a word.
 const NOTICEABLE: Duration = Duration::from_millis(300);
+
+/// What went wrong, with a long path cut in its middle: the reason stands behind it.
+fn short_message(error: &Error) -> String {
+    const LONGEST: usize = 60;
+    let named = match error {
+        Error::Scene(diagnostic) => diagnostic.location.file.to_string(),
+        Error::Io { path, .. } | Error::File { path, .. } => path.display().to_string(),
+        Error::Invalid(_) => String::new(),
+    };
+    error.to_string().replacen(&named, &shortened(&named, LONGEST), 1)
+}
 
 /// Starts work on files and collects what comes of it.
 pub struct Files {
@@ -296,7 +307,7 @@ impl Files {
     pub fn save_text(&mut self, folder: PathBuf, name: String, extension: &'static str, text: String) {
         self.enqueue(name.clone(), move || match write_free(&folder, &name, &[(extension, text.into_bytes())]) {
             Ok(path) => FileEvent::TableSaved(format!("Saved {}", path.display())),
-            Err(error) => FileEvent::TableNotSaved(error.to_string()),
+            Err(error) => FileEvent::TableNotSaved(short_message(&error)),
         });
     }
 
@@ -309,7 +320,7 @@ impl Files {
             let names: Vec<&str> = pictures.iter().map(|(name, _)| *name).collect();
             match saved {
                 Ok(()) => FileEvent::TableSaved(format!("Saved {} in {}", names.join(", "), folder.display())),
-                Err(error) => FileEvent::TableNotSaved(error.to_string()),
+                Err(error) => FileEvent::TableNotSaved(short_message(&error)),
             }
         });
     }

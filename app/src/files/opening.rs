@@ -95,7 +95,7 @@ fn unreadable(error: &Error, files: &[Watched]) -> Unreadable {
         }
         Error::Io { .. } | Error::File { .. } | Error::Invalid(_) => None,
     };
-    Unreadable { message: error.to_string(), line }
+    Unreadable { message: super::short_message(error), line }
 }
 
 /// An EXR file that cannot be rendered again, because another program wrote it or its state cannot be used.

@@ -70,7 +70,7 @@ impl SaveJob {
             let message = format!("there is no folder {}", folder.display());
             return Err(NotSaved { name, folder, no_folder: true, message });
         }
-        self.write().map_err(|error| NotSaved { name, folder, no_folder: false, message: error.to_string() })
+        self.write().map_err(|error| NotSaved { name, folder, no_folder: false, message: super::short_message(&error) })
     }
 
     fn write(self) -> Result<Saved, Error> {

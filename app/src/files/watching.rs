@@ -13,7 +13,7 @@ use std::time::{Duration, SystemTime};
 const EVERY: Duration = Duration::from_millis(150);
 
 /// How many looks a missing file is waited for: some editors remove it before they put the new one there.
-const MISSING_FOR: u32 = 6;
+const MISSING_FOR: u32 = 10;
 
 /// Longer texts are not kept for comparison.
 const MOST_TEXT: u64 = 4 << 20;
@@ -181,7 +181,7 @@ fn changed_lines(old: &str, new: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicU32, Ordering};
+    use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
     use std::time::Instant;
 
     use super::*;
@@ -214,8 +214,10 @@ mod tests {
         let (main, part) = (folder.path().join("main.pbrt"), folder.path().join("part.ply"));
         fs::write(&main, "one\ntwo\n").expect("write");
         let count = Arc::new(AtomicU32::new(0));
-        let counter = count.clone();
+        let there = Arc::new(AtomicBool::new(false));
+        let (counter, flag, file) = (count.clone(), there.clone(), main.clone());
         let watcher = Watcher::new(move || {
+            flag.store(file.exists(), Ordering::Relaxed);
             counter.fetch_add(1, Ordering::Relaxed);
         });
         let noticed = |expected: u32, what: &str| {
@@ -241,12 +243,14 @@ mod tests {
         noticed(2, "put in its place, with the same content");
         watcher.watch(&read(&[&main, &part]));
         fs::remove_file(&main).expect("remove");
-        std::thread::sleep(2 * EVERY);
+        std::thread::sleep(3 * EVERY);
         fs::write(&main, "one\n").expect("write");
         noticed(3, "gone for a moment");
+        assert!(there.load(Ordering::Relaxed), "not before it is back");
         watcher.watch(&read(&[&main, &part]));
         fs::remove_file(&main).expect("remove");
         noticed(4, "gone");
+        assert!(!there.load(Ordering::Relaxed), "gone for good");
         let before = read(&[&main, &part]);
         watcher.watch(&before);
         fs::write(&part, "ply").expect("write");

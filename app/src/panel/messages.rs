@@ -88,7 +88,7 @@ pub fn errors_ui(ui: &Ui, rect: Rect, messages: &mut Messages, failed: Option<&s
             Strip { headline: "This cannot be rendered", message, line: None, remark, remedy: None }.ui(ui);
         }
         if let Some(OpenError { path, why: Unreadable { message, line } }) = open_error {
-            let headline = format!("{} was not opened", short_name(path));
+            let headline = format!("{} was not opened", shortened(&short_name(path), 28));
             let remark =
                 "The picture on screen stays. This file is looked after: once it is saved without the error, it opens.";
             let strip = Strip { headline: &headline, message, line: line.as_deref(), remark, remedy: None };
@@ -97,7 +97,7 @@ pub fn errors_ui(ui: &Ui, rect: Rect, messages: &mut Messages, failed: Option<&s
             }
         }
         if let Some(SaveError { place: (name, _), message, no_folder }) = save_error {
-            let headline = format!("{} was not saved", shortened(name, 48));
+            let headline = format!("{} was not saved", shortened(name, 28));
             let remedy = no_folder.then_some("Create the folder and save");
             match (Strip { headline: &headline, message, line: None, remark: "", remedy }).ui(ui) {
                 Answer::Close => *save_error = None,
@@ -243,11 +243,6 @@ impl Strip<'_> {
                         if ui.button("Close").accessible_name("Close message").clicked() {
                             answer = Answer::Close;
                         }
-                        if let Some(remedy) = remedy
-                            && ui.button(remedy).clicked()
-                        {
-                            answer = Answer::Help;
-                        }
                         ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                             let headline = RichText::new(headline).family(crate::look::theme::medium()).color(wrong);
                             ui.add(egui::Label::new(headline).truncate());
@@ -260,6 +255,11 @@ impl Strip<'_> {
                         ui.add(egui::Label::new(RichText::new(line).monospace()).selectable(true).wrap());
                     }
                 });
+                if let Some(remedy) = remedy
+                    && ui.button(remedy).clicked()
+                {
+                    answer = Answer::Help;
+                }
                 if !remark.is_empty() {
                     caption(ui, remark);
                 }
