@@ -30,6 +30,6 @@ impl<'a> Stop<'a> {
     /// # Errors
     /// As [`Self::check`].
     pub fn check_in_turn(self, i: usize) -> Result<(), Stopped> {
-        if i % 1024 == 0 { self.check() } else { Ok(()) }
+        if i.is_multiple_of(1024) { self.check() } else { Ok(()) }
     }
 }

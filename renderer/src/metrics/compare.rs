@@ -100,8 +100,7 @@ pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
     let missing = |from: &Image, of: &Image| -> Vec<String> {
         of.channels.iter().filter(|(name, _)| values(from, name).is_none()).map(|(name, _)| name.clone()).collect()
     };
-    // Channels that both have: name in A, values in A and in B.
-    let common: Vec<(&str, Cow<'_, [f32]>, Cow<'_, [f32]>)> = a
+    let common: Vec<Common<'_>> = a
         .channels
         .iter()
         .filter_map(|(name, in_a)| Some((name.as_str(), a.part(in_a, window), b.part(values(b, name)?, window))))
@@ -125,6 +124,9 @@ pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
         only_in_b: missing(a, b),
     })
 }
+
+/// A channel that both have: its name in A, its values in A and in B.
+type Common<'a> = (&'a str, Cow<'a, [f32]>, Cow<'a, [f32]>);
 
 /// The values of a channel under this name, or under another that means the same: "R" and ".R".
 fn values<'a>(image: &'a Image, name: &str) -> Option<&'a [f32]> {
