@@ -123,8 +123,38 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
 /// Integrators that only pbrt-v4 has.
 const OF_V4: [&str; 5] = ["function", "lightpath", "randomwalk", "simplepath", "simplevolpath"];
 
+/// Integrators of pbrt and of programs that read its files.
+const FOREIGN: [&str; 26] = [
+    "ambientocclusion",
+    "ao",
+    "bdpt",
+    "bidirectional",
+    "diffuseprt",
+    "dipolesubsurface",
+    "directlighting",
+    "distributedpath",
+    "exphotonmap",
+    "function",
+    "glossyprt",
+    "igi",
+    "irradiancecache",
+    "lightpath",
+    "metropolis",
+    "mlt",
+    "mmlt",
+    "path",
+    "photonmap",
+    "randomwalk",
+    "simplepath",
+    "simplevolpath",
+    "sppm",
+    "useprobes",
+    "volpath",
+    "whitted",
+];
+
 /// The strategy and its parameters. False if the file asks for the integrator of another program, in whose place one of the
-/// four strategies stands; a name that is nearly ours is an error.
+/// four strategies stands; a name that is nearly one of these is an error.
 pub(super) fn integrator(
     kind: &str,
     mut params: Params,
@@ -146,6 +176,9 @@ pub(super) fn integrator(
         if names.contains(&kind) {
             let message = format!("unknown integrator {}, did you mean \"veachMIS\"", shown(kind));
             return Err(log.error(at, format!("{message} with \"string MISstrategy\" \"{kind}\"?")));
+        }
+        if let Some(meant) = near(kind, &FOREIGN).filter(|meant| *meant != kind) {
+            return Err(log.error(at, format!("unknown integrator {}, did you mean \"{meant}\"?", shown(kind))));
         }
         if OF_V4.contains(&kind) {
             log.found_v4();

@@ -18,6 +18,11 @@ fn a_misspelt_integrator_is_an_error() {
         assert_failure(&with(&header), 2, 2, &[name, "did you mean \"veachMIS\""]);
         assert_failure(&with(&format!("SurfaceIntegrator \"{name}\"")), 1, 1, &["did you mean \"veachMIS\""]);
     }
+    for (name, meant) in
+        [("pathh", "path"), ("Path", "path"), ("directlightning", "directlighting"), ("volpaht", "volpath")]
+    {
+        assert_failure(&with(&format!("Integrator \"{name}\"")), 1, 1, &[name, &format!("did you mean \"{meant}\"")]);
+    }
     assert_failure(&with("Integrator \"mis_all\""), 1, 1, &["veachMIS", "\"string MISstrategy\" \"mis_all\""]);
     for directive in ["Integrater", "integrator", "Intergrator", "SurfaceIntegrater", "Sampeler"] {
         let text = with(&format!("{directive} \"veachMIS\" \"string MISstrategy\" [\"light\"]"));
