@@ -370,8 +370,9 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Comma
     {
         sheets.palette = None;
     }
-    // Not over buttons, nor over the values of the pixel.
-    let corner = picture.with_max_y(picture.bottom() - 64.0);
+    // Not over buttons, nor over the values of the pixel; in the hall beside the picture, where there is room.
+    let corner = if lab.prefs.panels { picture } else { ctx.content_rect() };
+    let corner = corner.with_max_y(picture.bottom() - 64.0);
     messages::notices_ui(ctx, &mut lab.messages, lab.files.work().as_deref(), corner, out);
 }
 

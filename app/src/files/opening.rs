@@ -84,14 +84,14 @@ fn restore(path: &Path) -> Result<Opened, Error> {
 }
 
 fn unreadable(error: &Error, files: &[Watched]) -> Unreadable {
-    const LONGEST: usize = 160;
+    const LONGEST: usize = 100;
     let line = match error {
         Error::Scene(diagnostic) => {
             let place = &diagnostic.location;
             let file = files.iter().find(|file| file.path.display().to_string() == *place.file);
             let text: Option<&Arc<str>> = file.and_then(|file| file.text.as_ref());
             let line = text.and_then(|text| text.lines().nth(place.line.saturating_sub(1) as usize));
-            line.map(|line| format!("{} | {}", place.line, crate::state::paths::shortened(line.trim_end(), LONGEST)))
+            line.map(|line| format!("{} | {}", place.line, crate::state::paths::shortened(line.trim(), LONGEST)))
         }
         Error::Io { .. } | Error::File { .. } | Error::Invalid(_) => None,
     };

@@ -249,7 +249,8 @@ impl Strip<'_> {
                         });
                     });
                 });
-                ScrollArea::vertical().id_salt(headline).max_height(120.0).show(ui, |ui| {
+                let height = 6.0 * ui.text_style_height(&egui::TextStyle::Body);
+                ScrollArea::vertical().id_salt(headline).max_height(height).show(ui, |ui| {
                     ui.add(egui::Label::new(message).selectable(true).wrap());
                     if let Some(line) = line {
                         ui.add(egui::Label::new(RichText::new(line).monospace()).selectable(true).wrap());

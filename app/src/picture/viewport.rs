@@ -262,7 +262,7 @@ fn draw_stale_tag(ui: &egui::Ui, painter: &egui::Painter, rect: Rect, words: &st
     if words.is_empty() {
         return;
     }
-    let font = FontId::proportional(14.0);
+    let font = egui::TextStyle::Small.resolve(ui.style());
     let galley = painter.layout_no_wrap(words.to_owned(), font, Color32::WHITE);
     // Above the legend: what has gone wrong is said at the top.
     let size = galley.size() + vec2(16.0, 8.0);
