@@ -28,9 +28,9 @@ pub(super) enum Command {
     Render(RenderArgs),
     /// Renders the tutorial's four pictures and a reference, and fills in the tutorial's table
     Table(TableArgs),
-    /// Says how far two pictures are apart, in the pixels that both hold
+    /// Says how far two pictures are apart
     Compare(CompareArgs),
-    /// Shows channels, windows and attributes of an EXR file, and so the settings a picture was made with
+    /// Shows the settings a picture was made with
     Info(InfoArgs),
     /// Measures how fast this machine renders
     Bench(BenchArgs),
