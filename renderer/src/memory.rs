@@ -99,7 +99,9 @@ fn size(bytes: u64) -> String {
 /// program's group of processes may have, and its limits of address space.
 fn free() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| kilobytes(&text, "MemAvailable:"));
+    // What would be slow on a disk is there all the same.
+    let memory = |text: &str| Some(kilobytes(text, "MemAvailable:")? + kilobytes(text, "SwapFree:").unwrap_or(0));
+    let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| memory(&text));
     let limits = fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let left = |limit: &str, used: &str| Some(limit_of(&limits, limit)?.saturating_sub(kilobytes(&status, used)?));
     let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();

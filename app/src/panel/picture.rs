@@ -121,7 +121,7 @@ pub fn picture_ui(ctx: &egui::Context, sheet: &mut PictureSheet) -> bool {
             ui.add_space(GRID);
             let size = ui.available_size();
             ui.horizontal_top(|ui| {
-                ui.allocate_ui(vec2((size.x - COLUMN - 3.0 * GRID).max(120.0), size.y), |ui| picture(ui, sheet));
+                ui.allocate_ui(vec2((size.x - COLUMN - 6.0 * GRID).max(120.0), size.y), |ui| picture(ui, sheet));
                 ui.add_space(GRID);
                 ui.allocate_ui(vec2(COLUMN, size.y), |ui| {
                     ui.vertical(|ui| column(ui, sheet));
@@ -142,8 +142,8 @@ fn picture(ui: &mut Ui, sheet: &mut PictureSheet) {
 }
 
 fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
-    pixel_ui(ui, sheet);
     if let Some(planes) = sheet.planes() {
+        pixel_ui(ui, sheet);
         let exposure = ParamSlider {
             name: "File exposure",
             label_width: 100.0,
