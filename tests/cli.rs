@@ -513,6 +513,28 @@ fn compare_takes_a_crop_with_the_whole_and_counts_holes_by_picture() {
     assert_eq!(place.json("compare part.exr hole.exr")["layers"][0]["undefined_in_b"], 1);
 }
 
+/// The tutorial compares pictures of 800 and of 600 pixels.
+#[test]
+fn compare_resamples_pictures_of_other_sizes_if_asked_to() {
+    let place = Place::new();
+    place.run("render --size 32x32 --spp 4 --outfile a.exr --quiet").expect_code(0);
+    place.run("render --size 24x24 --spp 4 --outfile b.exr --quiet").expect_code(0);
+    place.run("compare a.exr b.exr").expect_code(1).expect_err(&["32 x 32", "24 x 24", "--resample"]);
+    let ran = place.run("compare a.exr b.exr --resample");
+    ran.expect_code(0);
+    for part in ["grid of 24 x 24", "means over areas", "32 x 32"] {
+        assert!(ran.out.contains(part), "{part}: {}", ran.out);
+    }
+    let ran = place.run("compare a.exr b.exr --resample --json -");
+    let report: Value = serde_json::from_str(&ran.out).expect("JSON");
+    assert_eq!(report["resampled"], serde_json::json!([24, 24]));
+    let (a, b) = (&report["layers"][0]["mean_a"], &report["layers"][0]["mean_b"]);
+    let [a, b] = [a, b].map(|mean| mean.as_f64().expect("a number"));
+    assert!((a / b - 1.0).abs() < 0.2, "the same scene: {a} and {b}");
+    let same = place.run("compare a.exr a.exr --resample");
+    assert!(same.out.contains("Every value is the same") && !same.out.contains("grid"), "{}", same.out);
+}
+
 #[test]
 fn info_shows_the_settings() {
     let place = Place::new();

@@ -214,6 +214,10 @@ pub(super) struct CompareArgs {
     #[arg(value_name = "B.exr", value_parser = path())]
     pub(super) b: PathBuf,
 
+    /// Compares pictures of different sizes, too: both on the coarser grid, every pixel the mean over its area
+    #[arg(long)]
+    pub(super) resample: bool,
+
     /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<Destination>,

@@ -26,7 +26,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
         json.check()?;
     }
     let (a, b) = (snapshot::load_image(&args.a)?, snapshot::load_image(&args.b)?);
-    let comparison = metrics::compare(&a, &b)
+    let compare = if args.resample { metrics::compare_resampled } else { metrics::compare };
+    let comparison = compare(&a, &b)
         .map_err(|error| Failure::Run(format!("{}, {}: {error}", args.a.display(), args.b.display())))?;
     let on_stdout = matches!(args.json, Some(output::Destination::StandardOutput));
     if !on_stdout {
@@ -44,9 +45,15 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
 /// For people: one line per layer, then per channel.
 fn text(a: &Path, b: &Path, comparison: &Comparison) -> String {
     let mut text = format!("A: {}\nB: {} (the reference)\npixels: {}", a.display(), b.display(), comparison.window);
-    for (which, window) in [("A", comparison.window_a), ("B", comparison.window_b)] {
-        if window != comparison.window {
-            let _ = write!(text, ", a part of {which}'s {window}");
+    if let Some([width, height]) = comparison.resampled {
+        let [a, b] = [comparison.window_a, comparison.window_b];
+        let _ =
+            write!(text, ", of a grid of {width} x {height}: means over areas of A's {a} and B's {b}, with less noise");
+    } else {
+        for (which, window) in [("A", comparison.window_a), ("B", comparison.window_b)] {
+            if window != comparison.window {
+                let _ = write!(text, ", a part of {which}'s {window}");
+            }
         }
     }
     text.push('\n');

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
+use super::resample::on_one_grid;
 use super::{Errors, Reference, Region};
 use crate::error::Error;
 use crate::snapshot::{Image, Window, layer_and_component, layers_of};
@@ -55,9 +56,11 @@ pub struct Difference {
 pub struct Comparison {
     /// The pixels compared: those that both hold.
     pub window: Window,
-    /// The pixels of A.
+    /// Size of the grid that both were resampled to; `None` if they are as they were.
+    pub resampled: Option<[u32; 2]>,
+    /// The pixels of A, before that.
     pub window_a: Window,
-    /// The pixels of B.
+    /// The pixels of B, before that.
     pub window_b: Window,
     /// Layers, the unnamed one first.
     pub layers: Vec<Difference>,
@@ -90,7 +93,7 @@ impl Difference {
 /// [`Error::Invalid`] if they are not of the same image (display window), hold no pixel in common, or share no channel.
 pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
     if a.display != b.display {
-        let message = "expected parts of the same image (the same display window)";
+        let message = "expected parts of the same image (the same display window); --resample compares other sizes";
         return Err(Error::Invalid(format!("A is of an image of {}, B of {}: {message}", a.display, b.display)));
     }
     let window = a.window.common(&b.window).ok_or_else(|| {
@@ -116,6 +119,7 @@ pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
     let layers = layers_of(common.iter().map(|(name, ..)| *name));
     Ok(Comparison {
         window,
+        resampled: None,
         window_a: a.window,
         window_b: b.window,
         layers: layers.iter().map(|layer| differ(&layer.name, &layer.channels)).collect(),
@@ -123,6 +127,19 @@ pub fn compare(a: &Image, b: &Image) -> Result<Comparison, Error> {
         only_in_a: missing(b, a),
         only_in_b: missing(a, b),
     })
+}
+
+/// The same for pictures of different sizes: both on the coarser grid, every pixel the mean over its area.
+///
+/// # Errors
+/// [`Error::Invalid`] if the images differ in shape, hold no pixel in common, or share no channel.
+pub fn compare_resampled(a: &Image, b: &Image) -> Result<Comparison, Error> {
+    if a.display.size == b.display.size {
+        return compare(a, b);
+    }
+    let [on_grid_a, on_grid_b] = on_one_grid(a, b)?;
+    let comparison = compare(&on_grid_a, &on_grid_b)?;
+    Ok(Comparison { resampled: Some(on_grid_a.display.size), window_a: a.window, window_b: b.window, ..comparison })
 }
 
 /// A channel that both have: its name in A, its values in A and in B.

@@ -1,8 +1,9 @@
 //! How far pictures are apart: the measures, over planes of floats. Two files compared are in `compare`.
 
 mod compare;
+mod resample;
 
-pub use compare::{Comparison, Difference, Maximum, compare};
+pub use compare::{Comparison, Difference, Maximum, compare, compare_resampled};
 use mislab_kernel::request::PixelRect;
 
 /// The constant in [`rel_mse`]'s denominator: keeps black pixels from counting without bound.
