@@ -1,9 +1,9 @@
 //! Lights around a point, for tests of their densities and weights.
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::bsdf::Material;
+use mislab_kernel::bsdf::BuiltMaterial;
 use mislab_kernel::geometry::shape::{Ball, Facet};
-use mislab_kernel::light::{Light, LightShape, Lights};
+use mislab_kernel::light::{BuiltLight, LightShape, Lights};
 use mislab_kernel::stop::Stop;
 
 use crate::charts::{Chart, frame};
@@ -20,12 +20,12 @@ pub struct View {
 }
 
 /// A white light of this shape.
-fn light(shape: LightShape) -> Light {
-    Light { shape, radiance: Vec3::ONE, material: Material::BLACK }
+fn light(shape: LightShape) -> BuiltLight {
+    BuiltLight { shape, radiance: Vec3::ONE, material: BuiltMaterial::BLACK }
 }
 
 /// A sphere that emits outwards, or inwards.
-pub fn ball(center: Vec3, radius: f32, inward: bool) -> Light {
+pub fn ball(center: Vec3, radius: f32, inward: bool) -> BuiltLight {
     light(LightShape::Ball(Ball { center, radius, inward, shape: 0 }))
 }
 
@@ -33,14 +33,14 @@ pub fn ball(center: Vec3, radius: f32, inward: bool) -> Light {
 ///
 /// # Panics
 /// If the edges span no area.
-pub fn facet(p0: Vec3, e1: Vec3, e2: Vec3, quad: bool, flip: bool) -> Light {
+pub fn facet(p0: Vec3, e1: Vec3, e2: Vec3, quad: bool, flip: bool) -> BuiltLight {
     let facet = Facet::new(p0, p0 + e1, p0 + e2, quad, flip, 0).expect("edges that span an area");
     light(LightShape::Facet(facet))
 }
 
 impl View {
     /// Lights seen from a point.
-    pub fn new(name: impl Into<String>, p: Vec3, lights: Vec<Light>) -> Self {
+    pub fn new(name: impl Into<String>, p: Vec3, lights: Vec<BuiltLight>) -> Self {
         Self { name: name.into(), lights: Lights::new(lights, Stop::NEVER).expect("nobody stops it"), p }
     }
 
@@ -51,7 +51,7 @@ impl View {
 
     /// Probability that a light drawn does not turn its back.
     pub fn success(&self) -> f64 {
-        let faces = |light: &Light| match light.shape {
+        let faces = |light: &BuiltLight| match light.shape {
             LightShape::Ball(b) => (self.to(b.center).length() < f64::from(b.radius)) == b.inward,
             LightShape::Facet(f) => f.normal.as_dvec3().dot(self.to(f.p0)) < 0.0,
         };
@@ -61,7 +61,7 @@ impl View {
     /// How far rounding may put a direction outside a sphere's cone, in radians: 6e-8 in the direction and,
     /// in `off^2 <= radius^2`, 1e-7 of the square. The latter grows as the tangent of the cone's angle.
     pub fn rounding(&self) -> f64 {
-        let of = |light: &Light| match light.shape {
+        let of = |light: &BuiltLight| match light.shape {
             LightShape::Ball(b) => {
                 let sin2 = (f64::from(b.radius) / self.to(b.center).length()).powi(2).min(1.0);
                 2e-7 * (sin2 / (1.0 - sin2).max(1e-7)).sqrt()

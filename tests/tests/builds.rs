@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use mislab_kernel::geometry::Geometry;
+use mislab_kernel::geometry::BuiltGeometry;
 use mislab_kernel::geometry::shape::{Ball, Facet};
-use mislab_kernel::light::{Light, Lights};
+use mislab_kernel::light::{BuiltLight, Lights};
 use mislab_kernel::stop::{Stop, Stopped};
 use mislab_renderer::{Renderer, Request, State, pbrt};
 use mislab_tests::light_scenes::ball;
@@ -86,7 +86,7 @@ fn effort(facets: Vec<Facet>, balls: Vec<Ball>) -> (usize, Duration) {
         asked.set(asked.get() + 1);
         false
     };
-    Geometry::new(facets, balls, Stop::when(&stopped)).expect("nobody stops it");
+    BuiltGeometry::new(facets, balls, Stop::when(&stopped)).expect("nobody stops it");
     (asked.get(), start.elapsed())
 }
 
@@ -114,7 +114,7 @@ fn four_times_as_many_take_little_more_than_four_times_as_long() {
 
 #[test]
 fn many_equal_lights_are_built_as_quickly() {
-    let lights = |one: &dyn Fn(usize) -> Light| (0..20_000).map(one).collect::<Vec<_>>();
+    let lights = |one: &dyn Fn(usize) -> BuiltLight| (0..20_000).map(one).collect::<Vec<_>>();
     let build = |lights| {
         let start = Instant::now();
         Lights::new(lights, Stop::NEVER).expect("nobody stops it");
@@ -136,7 +136,7 @@ fn a_build_stops_wherever_it_is_asked_to() {
             count.set(count.get() + 1);
             count.get() >= at
         };
-        let built = Geometry::new(facets.clone(), Vec::new(), Stop::when(&stopped));
+        let built = BuiltGeometry::new(facets.clone(), Vec::new(), Stop::when(&stopped));
         assert_eq!(built.err(), Some(Stopped), "at the {at}th question");
         assert_eq!(count.get(), at, "it asks no more");
     }
@@ -154,7 +154,7 @@ fn a_build_asks_often() {
         };
         let (_, facets, _) = heaps(200_000).swap_remove(0);
         last.set(Instant::now());
-        Geometry::new(facets, Vec::new(), Stop::when(&stopped)).expect("nobody stops it");
+        BuiltGeometry::new(facets, Vec::new(), Stop::when(&stopped)).expect("nobody stops it");
         longest.get()
     });
     let longest = longest.min().expect("three builds");

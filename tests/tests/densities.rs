@@ -15,7 +15,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::bsdf::{self, Material, Surface};
+use mislab_kernel::bsdf::{self, BuiltMaterial, Surface};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, V3};
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_kernel::warp;
@@ -46,7 +46,7 @@ impl Pair for LightPair {
 
 /// The BSDF technique at one surface, seen from one direction.
 struct BsdfPair {
-    material: Material,
+    material: BuiltMaterial,
     n: Vec3,
     wo: Vec3,
 }
@@ -197,7 +197,7 @@ fn bsdf_case(name: &str, bsdf: &Bsdf, degrees: f64) -> Case<'static, BsdfPair> {
         charts.push(Chart::Cone { frame: f, one_minus_cos: 0.8 });
     }
     let label = format!("{name} from {degrees} degrees");
-    case(label, BsdfPair { material: Material::new(bsdf), n, wo }, charts, success)
+    case(label, BsdfPair { material: BuiltMaterial::new(bsdf), n, wo }, charts, success)
 }
 
 fn metal(alpha: f32) -> Bsdf {

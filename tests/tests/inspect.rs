@@ -386,7 +386,7 @@ fn a_direction_shows_the_integrand_and_densities_of_the_oracle() {
                 }
                 if visible {
                     lit += 1;
-                    let met = found.met.unwrap_or_else(|| panic!("{}: meets a light", label()));
+                    let met = found.hit.unwrap_or_else(|| panic!("{}: meets a light", label()));
                     assert!(close(met.distance, distance, 1e-3), "{}, expected {distance}", label());
                     let light = scene.shapes[met.shape].light.as_ref();
                     let emitted = light.map_or(DVec3::ZERO, |light| light.radiance.as_dvec3());

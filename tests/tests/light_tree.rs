@@ -2,10 +2,10 @@
 //! level, however the lights lie and wherever a ray starts.
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::geometry::Geometry;
+use mislab_kernel::geometry::BuiltGeometry;
 use mislab_kernel::geometry::list::List;
 use mislab_kernel::lanes::{Lanes, Lanewise, PACKET, Real, Task, Uint};
-use mislab_kernel::light::{Light, LightShape, Lights};
+use mislab_kernel::light::{BuiltLight, LightShape, Lights};
 use mislab_kernel::stop::Stop;
 use mislab_kernel::world::culling::Patches;
 use mislab_tests::depth::depth;
@@ -44,7 +44,7 @@ const KINDS: [&str; 7] =
     ["balls", "facets", "both", "all sizes", "on a lattice", "inside each other", "far from the origin"];
 
 /// More lights than are asked one by one, each of a radiance of its own.
-fn heap(kind: usize, random: &mut Random) -> Vec<Light> {
+fn heap(kind: usize, random: &mut Random) -> Vec<BuiltLight> {
     let count = 33 + random.below(600);
     let mut lights = Vec::new();
     for i in 0..count {
@@ -86,9 +86,9 @@ fn heap(kind: usize, random: &mut Random) -> Vec<Light> {
 type Ray = (Vec3, Vec3);
 
 /// Rays in general, at lights' rims and edges, along axes, from inside and from surfaces, from far away.
-fn ray(lights: &[Light], random: &mut Random) -> Ray {
+fn ray(lights: &[BuiltLight], random: &mut Random) -> Ray {
     let (a, b) = (random.below(lights.len()), random.below(lights.len()));
-    let place = |light: &Light| match &light.shape {
+    let place = |light: &BuiltLight| match &light.shape {
         LightShape::Ball(ball) => (ball.center, ball.radius),
         LightShape::Facet(facet) => (facet.p0, facet.e1.length()),
     };
@@ -158,7 +158,7 @@ impl Task for Ask<'_> {
 
 fn no_list() -> List {
     Patches::new(
-        &Geometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
+        &BuiltGeometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
         &Lights::default(),
         Vec3::ZERO,
         0.0,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use mislab_kernel::film::Tile;
-use mislab_kernel::geometry::Geometry;
+use mislab_kernel::geometry::BuiltGeometry;
 use mislab_kernel::geometry::list::List;
 use mislab_kernel::geometry::shape::{Ball, Facet};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, Uint};
@@ -123,7 +123,7 @@ const STYLES: usize = 7;
 type Ray = (Vec3, Vec3, f32);
 
 /// Sixteen rays that are like each other, or not at all.
-fn packet(geometry: &Geometry, style: usize, steps: bool, random: &mut Random) -> [Ray; PACKET] {
+fn packet(geometry: &BuiltGeometry, style: usize, steps: bool, random: &mut Random) -> [Ray; PACKET] {
     let mut far = [0.5, 3.0, 30.0][random.below(3)];
     let mut some = 0..geometry.facets.len();
     if steps {
@@ -173,7 +173,7 @@ fn packet(geometry: &Geometry, style: usize, steps: bool, random: &mut Random) -
 type Answer = (u32, u32, bool);
 
 /// Asks the tree about rays, `L::N` at a time.
-struct AskTree<'a>(&'a Geometry, &'a [Ray], &'a List);
+struct AskTree<'a>(&'a BuiltGeometry, &'a [Ray], &'a List);
 
 impl Task for AskTree<'_> {
     type Output = Vec<Answer>;
@@ -201,7 +201,7 @@ impl Task for AskTree<'_> {
 }
 
 /// Asks every primitive about every ray.
-struct AskAll<'a>(&'a Geometry, &'a [Ray]);
+struct AskAll<'a>(&'a BuiltGeometry, &'a [Ray]);
 
 impl Task for AskAll<'_> {
     type Output = Vec<Answer>;
@@ -238,7 +238,7 @@ impl Task for AskAll<'_> {
 
 fn no_list() -> List {
     Patches::new(
-        &Geometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
+        &BuiltGeometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
         &Default::default(),
         Vec3::ZERO,
         0.0,
@@ -257,7 +257,7 @@ fn the_tree_finds_what_asking_every_primitive_finds() {
         let kind = seed as usize % KINDS.len();
         let mut random = Random(seed);
         let (facets, balls) = heap(kind, &mut random);
-        let geometry = Geometry::new(facets, balls, Stop::NEVER).expect("nobody stops it");
+        let geometry = BuiltGeometry::new(facets, balls, Stop::NEVER).expect("nobody stops it");
         assert!(geometry.has_tree());
         let styles: Vec<usize> = (0..60).map(|i| i % STYLES).collect();
         let rays = styles.iter().flat_map(|&style| packet(&geometry, style, kind == STEPS, &mut random));
@@ -297,13 +297,13 @@ fn the_tree_finds_what_asking_every_primitive_finds() {
 }
 
 #[test]
-fn a_ray_meets_the_same_alone_and_in_any_packet() {
+fn a_ray_hits_the_same_alone_and_in_any_packet() {
     let list = no_list();
     for seed in 0..depth(27, 1000) {
         let mut random = Random(1000 + seed);
         let kind = seed as usize % KINDS.len();
         let (facets, balls) = heap(kind, &mut random);
-        let geometry = Geometry::new(facets, balls, Stop::NEVER).expect("nobody stops it");
+        let geometry = BuiltGeometry::new(facets, balls, Stop::NEVER).expect("nobody stops it");
         let rays: Vec<Ray> = (0..12).flat_map(|i| packet(&geometry, i % STYLES, kind == STEPS, &mut random)).collect();
         let ways = Lanewise::all();
         let answers: Vec<_> = ways.iter().map(|&how| how.run(AskTree(&geometry, &rays, &list))).collect();

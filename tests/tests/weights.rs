@@ -1,7 +1,7 @@
 //! The two weights of every direction sum to 1 and are never negative.
 
 use glam::Vec3;
-use mislab_kernel::bsdf::{self, Material, Surface};
+use mislab_kernel::bsdf::{self, BuiltMaterial, Surface};
 use mislab_kernel::estimator::heuristic::{self, Rivals};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, V3};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
@@ -18,7 +18,7 @@ const ULPS: f32 = 4.0 * f32::EPSILON;
 /// Weights at directions drawn by the light, by the BSDF and over the whole sphere in turn.
 struct Directions<'a> {
     view: &'a View,
-    material: &'a Material,
+    material: &'a BuiltMaterial,
     scene: u32,
     count: u32,
 }
@@ -115,7 +115,7 @@ fn weights_of_random_directions_sum_to_one() {
         let mut sum = Reached::default();
         for (i, view) in views.iter().enumerate() {
             for (j, bsdf) in materials.iter().enumerate() {
-                let material = &Material::new(bsdf);
+                let material = &BuiltMaterial::new(bsdf);
                 let scene = (i * materials.len() + j) as u32;
                 let reached = how.run(Directions { view, material, scene, count });
                 sum.light += reached.light;

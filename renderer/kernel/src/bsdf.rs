@@ -21,7 +21,7 @@ const PLASTIC_IOR: f32 = 1.5;
 
 /// The material of one surface, in the form that lanes are filled from.
 #[derive(Clone, Copy, Debug)]
-pub struct Material {
+pub struct BuiltMaterial {
     kd: Vec3,
     ks: Vec3,
     alpha: f32,
@@ -43,7 +43,7 @@ enum Fresnel {
     },
 }
 
-impl Material {
+impl BuiltMaterial {
     /// Absorbs everything.
     pub const BLACK: Self = Self {
         kd: Vec3::ZERO,
@@ -102,19 +102,19 @@ pub struct Surface<'a, L: Lanes> {
     /// Unit normal on the viewer's side.
     pub n: V3<L>,
     /// What it is made of, the same in all lanes.
-    pub material: &'a Material,
+    pub material: &'a BuiltMaterial,
 }
 
 impl<'a, L: Lanes> Surface<'a, L> {
     /// Points with these normals, on either side, met by rays in directions `dir`. Both sides of a surface scatter alike.
     #[inline(always)]
-    pub fn new(l: L, p: V3<L>, n: V3<L>, dir: V3<L>, material: &'a Material) -> Self {
+    pub fn new(l: L, p: V3<L>, n: V3<L>, dir: V3<L>, material: &'a BuiltMaterial) -> Self {
         let n = V3::select(n.dot(dir).gt(l.f(0.0)), -n, n);
         Self { p, n, material }
     }
 }
 
-impl Material {
+impl BuiltMaterial {
     /// GGX width of the specular lobe; `None` without one.
     pub fn alpha(&self) -> Option<f32> {
         self.has_specular.then_some(self.alpha)

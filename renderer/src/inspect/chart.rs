@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::light::{Light, LightShape};
+use mislab_kernel::light::{BuiltLight, LightShape};
 
 /// Directions this close to the rim of a sphere light, in units of its radius, are moved inwards: single precision may
 /// see them miss it. A light of radius 0.03 at distance 15 is known to 5e-5 of its radius.
@@ -23,7 +23,7 @@ pub(super) enum Chart {
 
 impl Chart {
     /// The directions of a light; `None` where it turns its back.
-    pub fn new(light: &Light, p: Vec3) -> Option<Self> {
+    pub fn new(light: &BuiltLight, p: Vec3) -> Option<Self> {
         let p = p.as_dvec3();
         match &light.shape {
             LightShape::Ball(ball) => {

@@ -30,12 +30,12 @@ pub struct Direction {
     /// True if this is the direction of a mirror, drawn from its Dirac delta ([`Point::mirror`]).
     pub dirac: bool,
     /// The light in front, whichever way it faces.
-    pub met: Option<Met>,
+    pub hit: Option<LightHit>,
 }
 
 /// A light that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Met {
+pub struct LightHit {
     /// Its index in the list of lights of the built scene (sphere lights first; each facet of a mesh is a light).
     pub light: usize,
     /// Number of its shape in the scene.
@@ -78,15 +78,15 @@ impl Point<'_> {
 
     fn describe(&self, wi: Vec3, x: Integrand, dirac: bool) -> Direction {
         let Integrand { f, p_light, p_bsdf, radiance, visible, distance } = x;
-        let met = distance.is_finite().then(|| {
+        let hit = distance.is_finite().then(|| {
             let light = self.light_in_front(wi);
             let shape = match &self.scene.lights.list[light].shape {
                 LightShape::Ball(ball) => ball.shape,
                 LightShape::Facet(facet) => facet.shape,
             };
-            Met { light, shape: shape as usize, distance }
+            LightHit { light, shape: shape as usize, distance }
         });
-        Direction { wi, f, radiance, visible, p_light, p_bsdf, dirac, met }
+        Direction { wi, f, radiance, visible, p_light, p_bsdf, dirac, hit }
     }
 
     /// Index of the light in front; if there is none, any.
@@ -94,7 +94,7 @@ impl Point<'_> {
     pub(super) fn light_in_front(&self, wi: Vec3) -> usize {
         fused(
             #[inline(always)]
-            || self.scene.lights.first_met(Single, self.surface.p, V3::splat(Single, wi), self.scene.epsilon),
+            || self.scene.lights.first_hit(Single, self.surface.p, V3::splat(Single, wi), self.scene.epsilon),
         )
         .0 as usize
     }

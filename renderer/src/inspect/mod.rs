@@ -24,7 +24,7 @@ mod table;
 mod weights;
 
 pub use best::Best;
-pub use direction::{Direction, Met};
+pub use direction::{Direction, LightHit};
 use mislab_kernel::film::LUMINANCE;
 use mislab_kernel::lanes::{Single, V3};
 pub use mislab_kernel::request::Technique;

@@ -1,7 +1,7 @@
 //! What a camera ray hits.
 
 use glam::Vec3;
-use mislab_kernel::bsdf::{Material, Surface};
+use mislab_kernel::bsdf::{BuiltMaterial, Surface};
 use mislab_kernel::geometry::grid::SIDE;
 use mislab_kernel::lanes::{Single, V3, fused};
 use mislab_kernel::request::Settings;
@@ -72,7 +72,7 @@ fn seen(scene: &BuiltScene, near: Culled, x: f32, y: f32) -> Seen<'_> {
     if hit.emits && material.is_none() {
         return Seen::Light(emitted);
     }
-    let surface = Surface { material: material.unwrap_or(&Material::BLACK), ..hit.points };
+    let surface = Surface { material: material.unwrap_or(&BuiltMaterial::BLACK), ..hit.points };
     Seen::Surface(Point { scene, surface, wo: -dir, near, shape: hit.first, emitted })
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::bsdf::{Material, Surface};
+use mislab_kernel::bsdf::{BuiltMaterial, Surface};
 use mislab_kernel::lanes::{Single, V3};
 use mislab_kernel::warp;
 use mislab_renderer::{Bsdf, Reflectance};
@@ -54,7 +54,7 @@ fn cones_of_spheres_keep_their_precision() {
 }
 
 /// Metal of width `alpha` at a slanted surface, and a viewer at this cosine.
-fn surface(material: &Material, cos: f64) -> (Surface<'_, Single>, Vec3, Vec3) {
+fn surface(material: &BuiltMaterial, cos: f64) -> (Surface<'_, Single>, Vec3, Vec3) {
     let n = DVec3::new(-0.48, 0.64, 0.6);
     let f = frame(n);
     let wo = (f * DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos)).as_vec3();
@@ -68,7 +68,7 @@ fn mirrors_have_one_direction_and_no_density() {
     for _ in 0..3 {
         let bsdf = Bsdf::Conductor { reflectance: Reflectance::Constant(Vec3::splat(0.7)), alpha: below };
         for i in 1..=100 {
-            let material = Material::new(&bsdf);
+            let material = BuiltMaterial::new(&bsdf);
             let (s, wo, mirrored) = surface(&material, f64::from(i) / 100.0);
             let drawn = once::sample(&s, splat(wo), &once::numbers(i, 0));
             assert!(drawn.dirac && drawn.dirac_pmf == 1.0, "alpha {below}: a mirror");
@@ -98,7 +98,7 @@ fn fresnel_terms_are_the_textbook_ones() {
     for i in 1..=1000 {
         let cos = f64::from(i) / 1000.0;
         for (bsdf, etas) in [(&metal, etas), (&coat, Vec3::splat(1.5)), (&swapped, Vec3::splat(1.0 / 1.5))] {
-            let material = Material::new(bsdf);
+            let material = BuiltMaterial::new(bsdf);
             let (s, wo, _) = surface(&material, cos);
             let found = vec3(once::sample(&s, splat(wo), &once::numbers(i, 0)).dirac_f).as_dvec3();
             for k in 0..3 {

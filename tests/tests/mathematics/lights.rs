@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use mislab_kernel::lanes::Single;
-use mislab_kernel::light::{Aim, Light, LightShape, Lights};
+use mislab_kernel::light::{Aim, BuiltLight, LightShape, Lights};
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_kernel::stop::Stop;
 use mislab_kernel::world::BuiltScene;
@@ -55,7 +55,7 @@ fn views() -> Vec<View> {
 
 /// What one light is in one direction, in f64.
 #[derive(Clone, Copy, Debug)]
-struct Met {
+struct Hit {
     /// Distance.
     t: f64,
     /// On the side that emits.
@@ -66,7 +66,7 @@ struct Met {
 
 /// Meets one light; the second number is how near the direction is to the light's rim, in radians or in shares of its
 /// size: what rounding may decide.
-fn meet(light: &Light, p: DVec3, dir: DVec3) -> (Option<Met>, f64) {
+fn hit(light: &BuiltLight, p: DVec3, dir: DVec3) -> (Option<Hit>, f64) {
     match light.shape {
         LightShape::Ball(ball) => {
             let (to, radius) = (ball.center.as_dvec3() - p, f64::from(ball.radius));
@@ -83,7 +83,7 @@ fn meet(light: &Light, p: DVec3, dir: DVec3) -> (Option<Met>, f64) {
             let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
             let density = if inside { 1.0 / (4.0 * PI) } else { 1.0 / (TAU * one_minus_cos) };
             let t = if inside { along + half2.sqrt() } else { along - half2.sqrt() };
-            (Some(Met { t, front: inside == ball.inward, density }), margin)
+            (Some(Hit { t, front: inside == ball.inward, density }), margin)
         }
         LightShape::Facet(f) => {
             let [p0, e1, e2] = [f.p0, f.e1, f.e2].map(Vec3::as_dvec3);
@@ -100,7 +100,7 @@ fn meet(light: &Light, p: DVec3, dir: DVec3) -> (Option<Met>, f64) {
             }
             let area = cross.length() * if f.quad { 1.0 } else { 0.5 };
             let cos = -normal.dot(dir);
-            (Some(Met { t, front: cos > 0.0, density: t * t / (cos.abs() * area) }), margin)
+            (Some(Hit { t, front: cos > 0.0, density: t * t / (cos.abs() * area) }), margin)
         }
     }
 }
@@ -131,9 +131,9 @@ fn what_lies_in_a_direction() {
         for dir in directions(&view, 600) {
             let lights = &view.lights.list;
             let (p, w) = (view.p.as_dvec3(), dir.as_dvec3().normalize());
-            let found: Vec<_> = lights.iter().map(|light| meet(light, p, w)).collect();
+            let found: Vec<_> = lights.iter().map(|light| hit(light, p, w)).collect();
             // Directions are rounded to 6e-8, and lights may be that small.
-            let size = |light: &Light| match light.shape {
+            let size = |light: &BuiltLight| match light.shape {
                 LightShape::Ball(b) => f64::from(b.radius) / f64::from((b.center - view.p).length().max(1e-9)),
                 LightShape::Facet(_) => 1.0,
             };

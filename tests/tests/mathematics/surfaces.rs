@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::bsdf::{Material, Surface};
+use mislab_kernel::bsdf::{BuiltMaterial, Surface};
 use mislab_kernel::lanes::Single;
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_kernel::warp;
@@ -66,18 +66,18 @@ fn lobes_that_a_material_has() {
         (Bsdf::Plastic { kd: none, ks: some, alpha: 0.1, swapped_indices: false }, false, true),
         (Bsdf::Plastic { kd: some, ks: some, alpha: 0.1, swapped_indices: false }, true, true),
     ] {
-        let material = Material::new(&bsdf);
+        let material = BuiltMaterial::new(&bsdf);
         assert_eq!(material.has_two_lobes(), diffuse && specular, "{bsdf:?}");
         assert_eq!(material.scatters(), diffuse || specular, "{bsdf:?}");
     }
-    assert!(!Material::BLACK.scatters() && !Material::BLACK.has_two_lobes());
+    assert!(!BuiltMaterial::BLACK.scatters() && !BuiltMaterial::BLACK.has_two_lobes());
 }
 
 #[test]
 fn bsdfs_and_densities_are_the_textbook_ones() {
     for alpha in ALPHAS {
         for bsdf in materials(alpha) {
-            let (material, lobes) = (Material::new(&bsdf), Lobes::new(Some(&bsdf)));
+            let (material, lobes) = (BuiltMaterial::new(&bsdf), Lobes::new(Some(&bsdf)));
             let s = Surface { p: v3(DVec3::ZERO), n: v3(NORMAL), material: &material };
             for i in 0..400 {
                 let r = |k| f64::from(random(i, k));
@@ -118,7 +118,7 @@ fn bsdfs_and_densities_are_the_textbook_ones() {
 fn nothing_comes_from_below() {
     for alpha in ALPHAS {
         for bsdf in materials(alpha) {
-            let material = Material::new(&bsdf);
+            let material = BuiltMaterial::new(&bsdf);
             let s = Surface { p: v3(DVec3::ZERO), n: v3(NORMAL), material: &material };
             for i in 0..100 {
                 let r = |k| f64::from(random(i, k));
@@ -137,7 +137,7 @@ fn nothing_comes_from_below() {
 fn samples_are_those_of_their_lobe() {
     for alpha in ALPHAS {
         for bsdf in materials(alpha) {
-            let (material, lobes) = (Material::new(&bsdf), Lobes::new(Some(&bsdf)));
+            let (material, lobes) = (BuiltMaterial::new(&bsdf), Lobes::new(Some(&bsdf)));
             if !material.scatters() {
                 continue;
             }
@@ -197,7 +197,7 @@ fn metals_reflect_as_complex_numbers_say() {
     for (eta, k) in [(0.14f32, 3.98f32), (0.37, 2.39), (1.44, 1.6), (2.5, 0.3), (0.2, 0.3), (9.0, 12.0), (1.0, 300.0)] {
         let (etas, ks) = (Vec3::new(eta, 1.5 * eta, 1.2), Vec3::new(k, 2.0, k));
         let bsdf = Bsdf::Conductor { reflectance: Reflectance::Fresnel { eta: etas, k: ks }, alpha: 0.0 };
-        let (material, lobes) = (Material::new(&bsdf), Lobes::new(Some(&bsdf)));
+        let (material, lobes) = (BuiltMaterial::new(&bsdf), Lobes::new(Some(&bsdf)));
         let s = Surface { p: v3(DVec3::ZERO), n: v3(NORMAL), material: &material };
         for i in 1..=200 {
             let cos = f64::from(i) / 200.0;
@@ -239,7 +239,7 @@ fn metals_that_reflect_nearly_all_reflect_all() {
             let (mut etas, mut ks) = (Vec3::ONE, Vec3::splat(1e6));
             (etas[channel], ks[channel]) = (eta, k);
             let bsdf = Bsdf::Conductor { reflectance: Reflectance::Fresnel { eta: etas, k: ks }, alpha: 0.0 };
-            let material = Material::new(&bsdf);
+            let material = BuiltMaterial::new(&bsdf);
             let s = Surface { p: v3(DVec3::ZERO), n: v3(NORMAL), material: &material };
             let found = d(once::sample(&s, v3(direction(cos, 0.3)), &numbers(0)).dirac_f);
             assert_eq!(found == DVec3::ONE, k >= 1e4 && lost < 1e-6, "eta {eta}, k {k}, {lost:e} lost: {found}");

@@ -23,7 +23,7 @@ use shape::{Ball, Facet};
 const FLAT_LIMIT: usize = 24;
 
 /// Opaque primitives: facets first, then spheres; the index over both is the primitive's id.
-pub struct Geometry {
+pub struct BuiltGeometry {
     /// Triangles and parallelograms.
     pub facets: Vec<Facet>,
     /// Spheres.
@@ -32,14 +32,14 @@ pub struct Geometry {
     bounds: (Vec3, Vec3),
 }
 
-impl fmt::Debug for Geometry {
+impl fmt::Debug for BuiltGeometry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let nodes = self.tree.as_ref().map_or(0, |tree| tree.node_count());
         write!(f, "Geometry {{ {} facets, {} balls, {nodes} nodes }}", self.facets.len(), self.balls.len())
     }
 }
 
-impl Geometry {
+impl BuiltGeometry {
     /// Collects the primitives and builds a tree over them if there are many.
     ///
     /// # Errors

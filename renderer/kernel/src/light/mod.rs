@@ -35,20 +35,20 @@ const FLAT_LIMIT: usize = 32;
 
 /// A surface that emits, on its outer side.
 #[derive(Clone, Copy, Debug)]
-pub struct Light {
+pub struct BuiltLight {
     /// The surface.
     pub shape: LightShape,
     /// Emitted radiance.
     pub radiance: Vec3,
     /// What it reflects.
-    pub material: crate::bsdf::Material,
+    pub material: crate::bsdf::BuiltMaterial,
 }
 
 /// All lights that are on.
 #[derive(Debug, Default)]
 pub struct Lights {
     /// The lights, balls first.
-    pub list: Vec<Light>,
+    pub list: Vec<BuiltLight>,
     /// Their shapes by kind, with the radiance of each.
     balls: Vec<BallLight>,
     facets: Vec<(Facet, Vec3)>,
@@ -144,9 +144,9 @@ impl<L: Lanes> Aim<L> {
 }
 
 /// Where rays hit a light.
-struct Meeting<L: Lanes> {
+struct LightHit<L: Lanes> {
     /// True where they do, on either side.
-    met: L::M,
+    hit: L::M,
     /// True where they do on the side that emits.
     faces: L::M,
     /// Density of sampling this light in that direction, per solid angle.
@@ -165,7 +165,7 @@ struct Chord<L: Lanes> {
     /// The rays start inside.
     inside: L::M,
     /// The line hits the sphere, and not only behind the start.
-    met: L::M,
+    hit: L::M,
 }
 
 /// With `from_outside`, rays start outside, and not next to the surface.
@@ -183,12 +183,12 @@ fn chord<L: Lanes>(
     let (meets, ahead) = (half2.ge(zero), along.gt(zero));
     // Seen from outside it only has to lie ahead, however near: on its very surface it still fills half of all directions.
     if from_outside {
-        return Chord { along, half2, x: zero, inside: l.m(false), met: meets & ahead };
+        return Chord { along, half2, x: zero, inside: l.m(false), hit: meets & ahead };
     }
     let to_center = ball.center - origin;
     let x = to_center.dot(to_center) * curvature2;
     let inside = x.lt(l.f(1.0));
-    Chord { along, half2, x, inside, met: meets & (inside | ahead) }
+    Chord { along, half2, x, inside, hit: meets & (inside | ahead) }
 }
 
 /// See [`Chord::x`]; not for points next to the surface, where it would not be exact.
@@ -219,41 +219,41 @@ impl<L: Lanes> BallLightLanes<L> {
 
     /// Whether and where rays hit it. From inside only what lies beyond `t_min` is hit.
     #[inline(always)]
-    fn meet(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F, from_outside: bool) -> Meeting<L> {
-        let Chord { along, half2, x, inside, met } = chord(l, &self.ball, self.curvature2, origin, dir, from_outside);
+    fn hit(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F, from_outside: bool) -> LightHit<L> {
+        let Chord { along, half2, x, inside, hit } = chord(l, &self.ball, self.curvature2, origin, dir, from_outside);
         let x = if from_outside { far_distance2(l, along, half2, self.curvature2) } else { x };
         let half = half2.max(l.f(0.0)).sqrt();
         let distance = (along + inside.select(half, -half)).max(l.f(0.0));
-        let met = met & (!inside | distance.gt(t_min));
-        let faces = met & !(inside ^ self.inward);
+        let hit = hit & (!inside | distance.gt(t_min));
+        let faces = hit & !(inside ^ self.inward);
         // From inside, all directions alike.
         let density = inside.select(l.f(warp::SPHERE_PDF), density_from_outside(l, x));
-        Meeting { met, faces, density, distance }
+        LightHit { hit, faces, density, distance }
     }
 }
 
 /// What a facet light is that rays hit at `distance` if they are `inside` its edges; only beyond `t_min`.
 #[inline(always)]
-fn meet_facet<L: Lanes>(
+fn hit_facet<L: Lanes>(
     l: L,
     (distance, inside): (L::F, L::M),
     normal: V3<L>,
     area: L::F,
     dir: V3<L>,
     t_min: L::F,
-) -> Meeting<L> {
-    let met = inside & distance.gt(t_min);
+) -> LightHit<L> {
+    let hit = inside & distance.gt(t_min);
     // Uniform over the area, dA = t^2 / cos dw.
     let cos = -(normal.dot(dir));
     let density = distance * distance / (cos * area);
-    Meeting { met, faces: met & cos.gt(l.f(0.0)), density, distance }
+    LightHit { hit, faces: hit & cos.gt(l.f(0.0)), density, distance }
 }
 
-impl<L: Lanes> Meeting<L> {
+impl<L: Lanes> LightHit<L> {
     /// The same where true, nothing elsewhere.
     #[inline(always)]
     fn only(self, here: L::M) -> Self {
-        Self { met: self.met & here, faces: self.faces & here, ..self }
+        Self { hit: self.hit & here, faces: self.faces & here, ..self }
     }
 }
 
@@ -272,13 +272,13 @@ impl<L: Lanes> Front<L> {
     }
 
     #[inline(always)]
-    fn add(&mut self, l: L, meeting: &Meeting<L>, index: L::U, radiance: V3<L>) {
-        let nearer = meeting.met & meeting.distance.lt(self.t);
-        self.t = nearer.select(meeting.distance, self.t);
+    fn add(&mut self, l: L, hit: &LightHit<L>, index: L::U, radiance: V3<L>) {
+        let nearer = hit.hit & hit.distance.lt(self.t);
+        self.t = nearer.select(hit.distance, self.t);
         self.index = nearer.select_u(index, self.index);
-        let emitted = V3::select(meeting.faces, radiance, V3::all(l.f(0.0)));
+        let emitted = V3::select(hit.faces, radiance, V3::all(l.f(0.0)));
         self.radiance = V3::select(nearer, emitted, self.radiance);
-        self.density = meeting.faces.select(self.density + meeting.density, self.density);
+        self.density = hit.faces.select(self.density + hit.density, self.density);
     }
 }
 
@@ -287,7 +287,7 @@ impl Lights {
     ///
     /// # Errors
     /// If it is stopped.
-    pub fn new(mut list: Vec<Light>, stop: Stop<'_>) -> Result<Self, Stopped> {
+    pub fn new(mut list: Vec<BuiltLight>, stop: Stop<'_>) -> Result<Self, Stopped> {
         list.sort_by_key(|light| matches!(light.shape, LightShape::Facet(_)));
         let mut t = Tables::default();
         let mut outside = Outside::default();
@@ -482,22 +482,22 @@ impl Lights {
         let mut next = 0;
         while let Some(i) = if listed { balls.take_first() } else { Some(next) } {
             let Some(light) = self.balls.get(i) else { break };
-            let meeting = BallLightLanes::splat(l, &light.ball).meet(l, origin, dir, t_min, false);
-            front.add(l, &meeting, l.u(i as u32), V3::splat(l, light.radiance));
+            let hit = BallLightLanes::splat(l, &light.ball).hit(l, origin, dir, t_min, false);
+            front.add(l, &hit, l.u(i as u32), V3::splat(l, light.radiance));
             next += 1;
         }
         while let Some(i) = if listed { facets.take_first() } else { Some(next) } {
             let Some((facet, radiance)) = self.facets.get(i - self.balls.len()) else { break };
-            let meeting = self.meet_facet_light(l, facet, origin, dir, t_min);
-            front.add(l, &meeting, l.u(i as u32), V3::splat(l, *radiance));
+            let hit = self.hit_facet_light(l, facet, origin, dir, t_min);
+            front.add(l, &hit, l.u(i as u32), V3::splat(l, *radiance));
             next += 1;
         }
         (front.t, front.index, front.radiance)
     }
 
     #[inline(always)]
-    fn meet_facet_light<L: Lanes>(&self, l: L, facet: &Facet, origin: V3<L>, dir: V3<L>, t_min: L::F) -> Meeting<L> {
-        meet_facet(l, facet.intersect(l, origin, dir), V3::splat(l, facet.normal), l.f(facet.area), dir, t_min)
+    fn hit_facet_light<L: Lanes>(&self, l: L, facet: &Facet, origin: V3<L>, dir: V3<L>, t_min: L::F) -> LightHit<L> {
+        hit_facet(l, facet.intersect(l, origin, dir), V3::splat(l, facet.normal), l.f(facet.area), dir, t_min)
     }
 
     /// What all lights are for rays that are `here`.
@@ -512,13 +512,13 @@ impl Lights {
         here: L::M,
     ) {
         for (i, light) in self.balls.iter().enumerate() {
-            let meeting = BallLightLanes::splat(l, &light.ball).meet(l, origin, dir, t_min, from_outside);
-            front.add(l, &meeting.only(here), l.u(i as u32), V3::splat(l, light.radiance));
+            let hit = BallLightLanes::splat(l, &light.ball).hit(l, origin, dir, t_min, from_outside);
+            front.add(l, &hit.only(here), l.u(i as u32), V3::splat(l, light.radiance));
         }
         for (i, (facet, radiance)) in self.facets.iter().enumerate() {
-            let meeting = self.meet_facet_light(l, facet, origin, dir, t_min);
+            let hit = self.hit_facet_light(l, facet, origin, dir, t_min);
             let index = l.u((self.balls.len() + i) as u32);
-            front.add(l, &meeting.only(here), index, V3::splat(l, *radiance));
+            front.add(l, &hit.only(here), index, V3::splat(l, *radiance));
         }
     }
 
@@ -535,7 +535,7 @@ impl Lights {
     ) -> Front<L> {
         let t = &self.tables;
         let mut front = Front::none(l);
-        let lists = tree.may_meet(l, origin, dir);
+        let lists = tree.may_hit(l, origin, dir);
         let (longest, too_many) = lists.longest::<L>();
         for k in 0..longest {
             let (numbers, there) = lists.get::<L>(k);
@@ -549,8 +549,8 @@ impl Lights {
                     curvature2: self.pick::<L, false>(l, &t.curvature2, number),
                     inward: self.pick::<L, false>(l, &t.inward, number).gt(l.f(0.5)),
                 };
-                let meeting = light.meet(l, origin, dir, t_min, from_outside);
-                front.add(l, &meeting.only(is_ball & there), number, radiance);
+                let hit = light.hit(l, origin, dir, t_min, from_outside);
+                front.add(l, &hit.only(is_ball & there), number, radiance);
             }
             if (!is_ball & there).any() {
                 let facet = FacetLanes {
@@ -561,8 +561,8 @@ impl Lights {
                     triangle: l.f(1.0) - self.pick::<L, false>(l, &t.quad, number),
                 };
                 let area = self.pick::<L, false>(l, &t.area, number);
-                let meeting = meet_facet(l, facet.intersect(l, origin, dir), facet.normal, area, dir, t_min);
-                front.add(l, &meeting.only(!is_ball & there), number, radiance);
+                let hit = hit_facet(l, facet.intersect(l, origin, dir), facet.normal, area, dir, t_min);
+                front.add(l, &hit.only(!is_ball & there), number, radiance);
             }
         }
         if too_many != 0 {
@@ -602,7 +602,7 @@ impl Lights {
     /// Index of the light surface that each ray hits first beyond `t_min`, as [`Self::look`] finds it; of those that hit
     /// none, any.
     #[inline(always)]
-    pub fn first_met<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F) -> L::U {
+    pub fn first_hit<L: Lanes>(&self, l: L, p: V3<L>, wi: V3<L>, t_min: L::F) -> L::U {
         match &self.tree {
             Some(tree) => self.front_by_tree(l, tree, p, wi, t_min, self.from_outside).index,
             None => {
@@ -620,9 +620,9 @@ impl Lights {
         let each = 1.0 / self.list.len().max(1) as f32;
         let t = &self.tables;
         let (along, half2) = shape::chord(aim.to, self.pick::<L, true>(l, &t.radius2, aim.choice), aim.wi);
-        let met = half2.ge(l.f(0.0)) & along.gt(l.f(0.0));
-        let place = met.select_u(aim.choice + l.u(1), l.u(0));
-        let sight = self.ball_in(l, place, met, (along, half2), None, distances);
+        let hit = half2.ge(l.f(0.0)) & along.gt(l.f(0.0));
+        let place = hit.select_u(aim.choice + l.u(1), l.u(0));
+        let sight = self.ball_in(l, place, hit, (along, half2), None, distances);
         Sight { pdf: sight.pdf * each, ..sight }
     }
 
@@ -644,39 +644,39 @@ impl Lights {
         for light in &self.balls {
             let BallLightLanes { ball, curvature2, .. } = BallLightLanes::splat(l, &light.ball);
             let chord = chord(l, &ball, curvature2, p, wi, self.from_outside);
-            times = chord.met.select_u(times + l.u(1), times);
+            times = chord.hit.select_u(times + l.u(1), times);
             if self.from_outside {
-                along = chord.met.select(chord.along, along);
-                half2 = chord.met.select(chord.half2, half2);
+                along = chord.hit.select(chord.along, along);
+                half2 = chord.hit.select(chord.half2, half2);
             } else {
                 around = around | chord.inside;
-                x = chord.met.select(chord.x, x);
+                x = chord.hit.select(chord.x, x);
                 if distances {
-                    along = chord.met.select(chord.along, along);
-                    half2 = chord.met.select(chord.half2, half2);
+                    along = chord.hit.select(chord.along, along);
+                    half2 = chord.hit.select(chord.half2, half2);
                 }
             }
-            place = chord.met.select_u(l.u(light.outside), place);
+            place = chord.hit.select_u(l.u(light.outside), place);
         }
-        let met = !times.eq(l.u(0));
+        let hit = !times.eq(l.u(0));
         let x = if self.from_outside { None } else { Some(x) };
-        (self.ball_in(l, place, met, (along, half2), x, distances), around | l.u(1).lt(times))
+        (self.ball_in(l, place, hit, (along, half2), x, distances), around | l.u(1).lt(times))
     }
 
-    /// What the ball in a place of [`Outside`] is for rays with these chords that `met` it or another one; without its
+    /// What the ball in a place of [`Outside`] is for rays with these chords that `hit` it or another one; without its
     /// share of 1 / n. `x`: see [`Chord::x`].
     #[inline(always)]
     fn ball_in<L: Lanes>(
         &self,
         l: L,
         place: L::U,
-        met: L::M,
+        hit: L::M,
         (along, half2): (L::F, L::F),
         x: Option<L::F>,
         distances: bool,
     ) -> Sight<L> {
         // Most BSDF samples meet no light: often not one of a packet does.
-        if !met.any() {
+        if !hit.any() {
             return Sight::nothing(l);
         }
         let zero = l.f(0.0);
@@ -691,7 +691,7 @@ impl Lights {
         let shines = !place.eq(l.u(0));
         let pdf = shines.select(density_from_outside(l, x), zero);
         let t = if distances { (along - half2.max(zero).sqrt()).max(zero) } else { zero };
-        Sight { pdf, t: met.select(t, l.f(f32::INFINITY)), radiance, shines }
+        Sight { pdf, t: hit.select(t, l.f(f32::INFINITY)), radiance, shines }
     }
 }
 

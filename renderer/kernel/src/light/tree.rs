@@ -4,7 +4,7 @@
 //! It only narrows the lights down. Each ray gets a short list, in the order of their numbers, of lights whose boxes it
 //! passes; those are then asked as all would be asked without a tree, and their densities summed in the same order, to the
 //! same bits. Boxes and passages are widened by far more than rounding amounts to. Only facets seen edge-on could be
-//! met, by rounding, outside their boxes: where there is a tree they are not.
+//! hit, by rounding, outside their boxes: where there is a tree they are not.
 //!
 //! Every ray is walked alone: light samples of one packet go to as many lights as there are lanes.
 
@@ -14,7 +14,7 @@ use crate::stop::{Stop, Stopped};
 use obvhs::aabb::Aabb;
 
 /// Longest list of a ray. One that may hit more lights has to ask all.
-pub const MOST_MET: usize = 8;
+pub const MOST_HITS: usize = 8;
 
 /// What boxes and passages are widened by, as a fraction of their size.
 const WIDER: f32 = 1e-5;
@@ -29,10 +29,10 @@ pub struct LightTree {
 }
 
 /// For each ray of a packet the lights that it may hit.
-pub struct Met {
+pub struct LightHits {
     /// `[place in the list][lane]`, ascending.
-    numbers: [[u32; PACKET]; MOST_MET],
-    /// By lane: how many there are, [`MOST_MET`] + 1 for too many.
+    numbers: [[u32; PACKET]; MOST_HITS],
+    /// By lane: how many there are, [`MOST_HITS`] + 1 for too many.
     counts: [u32; PACKET],
 }
 
@@ -61,22 +61,22 @@ impl LightTree {
 
     /// The lights that each ray may hit.
     #[inline(always)]
-    pub fn may_meet<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> Met {
+    pub fn may_hit<L: Lanes>(&self, l: L, origin: V3<L>, dir: V3<L>) -> LightHits {
         let inverse = reciprocal(l, dir);
         let mut rays = [[0.0; PACKET]; 6];
         for (to, v) in rays.iter_mut().zip([origin.x, origin.y, origin.z, inverse.x, inverse.y, inverse.z]) {
             v.store(to);
         }
-        let mut met = Met { numbers: [[0; PACKET]; MOST_MET], counts: [0; PACKET] };
+        let mut hit = LightHits { numbers: [[0; PACKET]; MOST_HITS], counts: [0; PACKET] };
         for lane in 0..L::N {
-            self.walk(l.part(), &rays, lane, &mut met);
+            self.walk(l.part(), &rays, lane, &mut hit);
         }
-        met
+        hit
     }
 
     /// Makes the list of one ray: origin and inverse direction from `rays`.
     #[inline(always)]
-    fn walk<L: Lanes>(&self, l: L, rays: &[[f32; PACKET]; 6], lane: usize, met: &mut Met) {
+    fn walk<L: Lanes>(&self, l: L, rays: &[[f32; PACKET]; 6], lane: usize, hit: &mut LightHits) {
         let [ox, oy, oz, ix, iy, iz] = rays;
         let [ox, oy, oz, ix, iy, iz] = [ox[lane], oy[lane], oz[lane], ix[lane], iy[lane], iz[lane]];
         let (near, far) = near_and_far([ix < 0.0, iy < 0.0, iz < 0.0]);
@@ -107,7 +107,7 @@ impl LightTree {
                     if child & INNER != 0 {
                         waiting[depth] = child >> KIND_BITS;
                         depth += 1;
-                    } else if !met.insert(lane, child >> KIND_BITS) {
+                    } else if !hit.insert(lane, child >> KIND_BITS) {
                         return;
                     }
                 }
@@ -117,13 +117,13 @@ impl LightTree {
     }
 }
 
-impl Met {
+impl LightHits {
     /// Puts a light into a ray's list, where its number belongs. False if that is too long now.
     #[inline(always)]
     fn insert(&mut self, lane: usize, number: u32) -> bool {
         let count = self.counts[lane] as usize;
         self.counts[lane] += 1;
-        if count == MOST_MET {
+        if count == MOST_HITS {
             return false;
         }
         let mut at = count;
@@ -140,7 +140,7 @@ impl Met {
     pub fn longest<L: Lanes>(&self) -> (usize, u32) {
         let (mut longest, mut too_many) = (0, 0);
         for (lane, &count) in self.counts[..L::N].iter().enumerate() {
-            if count as usize > MOST_MET {
+            if count as usize > MOST_HITS {
                 too_many |= 1 << lane;
             } else {
                 longest = longest.max(count as usize);
@@ -155,7 +155,7 @@ impl Met {
     pub fn get<L: Lanes>(&self, k: usize) -> (&[u32; PACKET], u32) {
         let mut there = 0;
         for (lane, &count) in self.counts[..L::N].iter().enumerate() {
-            there |= u32::from(count as usize > k && count as usize <= MOST_MET) << lane;
+            there |= u32::from(count as usize > k && count as usize <= MOST_HITS) << lane;
         }
         (&self.numbers[k], there)
     }

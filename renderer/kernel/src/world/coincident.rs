@@ -8,11 +8,11 @@ use std::collections::HashSet;
 use glam::Vec3;
 
 use super::Opaque;
-use crate::geometry::Geometry;
+use crate::geometry::BuiltGeometry;
 use crate::geometry::list::List;
 use crate::geometry::shape::Facet;
 use crate::lanes::{Single, V3};
-use crate::light::{Light, LightShape};
+use crate::light::{BuiltLight, LightShape};
 use crate::request::scene;
 
 /// How far a light is raised, in units of `epsilon`: more than shadow rays end before a light, and several times what
@@ -28,7 +28,7 @@ const QUESTIONS: usize = 1 << 12;
 const MOST_IN_ROW: usize = 8;
 
 /// Leaves out the spheres that are where a sphere light is: the light is in front.
-pub(super) fn drop_hidden(opaque: &mut Vec<Opaque>, lights: &[Light]) {
+pub(super) fn drop_hidden(opaque: &mut Vec<Opaque>, lights: &[BuiltLight]) {
     let key = |center: Vec3, radius: f32| [center.x, center.y, center.z, radius].map(f32::to_bits);
     let balls: HashSet<[u32; 4]> = lights
         .iter()
@@ -45,7 +45,7 @@ pub(super) fn drop_hidden(opaque: &mut Vec<Opaque>, lights: &[Light]) {
 
 /// Raises the flat lights of each shape of which one lies in the plane of a surface right where it is. `epsilon` is what
 /// shadow rays keep off.
-pub(super) fn raise(lights: &mut [Light], geometry: &Geometry, epsilon: f32) {
+pub(super) fn raise(lights: &mut [BuiltLight], geometry: &BuiltGeometry, epsilon: f32) {
     let facets = lights.iter().filter(|light| facet(light).is_some()).count();
     if facets == 0 || geometry.is_empty() {
         return;
@@ -53,10 +53,10 @@ pub(super) fn raise(lights: &mut [Light], geometry: &Geometry, epsilon: f32) {
     let in_row = (QUESTIONS / facets).isqrt().clamp(1, MOST_IN_ROW);
     let every = facets.div_ceil(QUESTIONS);
     let everything = List::all(geometry.len());
-    let coincides = |light: &Light| {
+    let coincides = |light: &BuiltLight| {
         facet(light).is_some_and(|facet| lies_on_surface(facet, geometry, &everything, epsilon, in_row))
     };
-    let same_shape = |a: &Light, b: &Light| facet(a).zip(facet(b)).is_some_and(|(a, b)| a.shape == b.shape);
+    let same_shape = |a: &BuiltLight, b: &BuiltLight| facet(a).zip(facet(b)).is_some_and(|(a, b)| a.shape == b.shape);
     for shape in lights.chunk_by_mut(same_shape) {
         if shape.iter().step_by(every).any(coincides) {
             for light in shape {
@@ -68,7 +68,7 @@ pub(super) fn raise(lights: &mut [Light], geometry: &Geometry, epsilon: f32) {
     }
 }
 
-fn facet(light: &Light) -> Option<&Facet> {
+fn facet(light: &BuiltLight) -> Option<&Facet> {
     match &light.shape {
         LightShape::Facet(facet) => Some(facet),
         LightShape::Ball(_) => None,
@@ -76,7 +76,7 @@ fn facet(light: &Light) -> Option<&Facet> {
 }
 
 /// True if a ray down to a point of the facet, of a grid of `in_row` in a row, meets something else there.
-fn lies_on_surface(facet: &Facet, geometry: &Geometry, list: &List, epsilon: f32, in_row: usize) -> bool {
+fn lies_on_surface(facet: &Facet, geometry: &BuiltGeometry, list: &List, epsilon: f32, in_row: usize) -> bool {
     let at = |i: usize| (i as f32 + 0.5) / in_row as f32;
     let down = V3::splat(Single, -facet.normal);
     (0..in_row * in_row).any(|k| {

@@ -21,7 +21,7 @@
 
 use glam::{DVec3, Vec3, Vec4};
 
-use crate::geometry::Geometry;
+use crate::geometry::BuiltGeometry;
 use crate::geometry::list::{List, MOST};
 use crate::geometry::shape::{Ball, Facet};
 use crate::light::{IN_TABLE, LightShape, Lights};
@@ -274,7 +274,7 @@ fn lights_side(facet: &Facet, lights: &Lights, reach: f32) -> f32 {
 
 impl Patches {
     /// Prepares a scene seen from `eye`, whose reflected rays start `epsilon` above their surface.
-    pub fn new(geometry: &Geometry, lights: &Lights, eye: Vec3, epsilon: f32) -> Self {
+    pub fn new(geometry: &BuiltGeometry, lights: &Lights, eye: Vec3, epsilon: f32) -> Self {
         let counts = [geometry.facets.len() + geometry.balls.len(), lights.list.len()];
         let listed = !geometry.has_tree() && counts[0] <= MOST && counts[1] <= MOST;
         let mut patches = Self {

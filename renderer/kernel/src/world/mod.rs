@@ -10,10 +10,10 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 
-use crate::bsdf::Material;
+use crate::bsdf::BuiltMaterial;
 use crate::geometry::shape::{Ball, Facet};
-use crate::geometry::{Geometry, grid};
-use crate::light::{Light, LightShape, Lights};
+use crate::geometry::{BuiltGeometry, grid};
+use crate::light::{BuiltLight, LightShape, Lights};
 use crate::request::scene::{self, Scene};
 use crate::request::{Invalid, Settings};
 use crate::stop::{Stop, Stopped};
@@ -30,7 +30,7 @@ pub struct BuiltScene {
     /// Where rays start.
     pub camera: Pinhole,
     /// Everything opaque that does not emit.
-    pub geometry: Arc<Geometry>,
+    pub geometry: Arc<BuiltGeometry>,
     /// What `geometry` was made from.
     opaque: Vec<Opaque>,
     /// Everything that emits.
@@ -44,7 +44,7 @@ pub struct BuiltScene {
     /// How far rays are kept off the surface they start from.
     pub epsilon: f32,
     /// By shape.
-    materials: Vec<Material>,
+    materials: Vec<BuiltMaterial>,
     /// Some surface has two lobes to choose from.
     pub has_two_lobes: bool,
     /// Some light's surface scatters as well.
@@ -122,8 +122,8 @@ impl BuiltScene {
         let mut materials = Vec::with_capacity(scene.shapes.len());
         for (index, shape) in scene.shapes.iter().enumerate() {
             let material = match shape.material {
-                None => Material::BLACK,
-                Some(m) => Material::new(
+                None => BuiltMaterial::BLACK,
+                Some(m) => BuiltMaterial::new(
                     &scene
                         .materials
                         .get(m)
@@ -148,7 +148,7 @@ impl BuiltScene {
                 Some(light) => {
                     let (facets, ball) = primitives(index, &shape.geometry, shape.reverse_orientation, stop)?;
                     let shapes = facets.into_iter().map(LightShape::Facet).chain(ball.map(LightShape::Ball));
-                    lights.extend(shapes.map(|shape| Light { shape, radiance: light.radiance, material }));
+                    lights.extend(shapes.map(|shape| BuiltLight { shape, radiance: light.radiance, material }));
                 }
                 None => opaque.push(Opaque {
                     index,
@@ -172,7 +172,7 @@ impl BuiltScene {
                     balls.extend(ball);
                     check_count(facets.len() + lights.len())?;
                 }
-                Arc::new(Geometry::new(facets, balls, stop)?)
+                Arc::new(BuiltGeometry::new(facets, balls, stop)?)
             }
         };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
@@ -204,7 +204,7 @@ impl BuiltScene {
             columns,
             geometry,
             opaque,
-            has_two_lobes: materials.iter().any(Material::has_two_lobes),
+            has_two_lobes: materials.iter().any(BuiltMaterial::has_two_lobes),
             lights_scatter,
             lights,
             epsilon,
@@ -244,7 +244,7 @@ impl BuiltScene {
 
     /// What a shape is made of; `None` if it reflects nothing.
     #[inline(always)]
-    pub fn material(&self, shape: u32) -> Option<&Material> {
+    pub fn material(&self, shape: u32) -> Option<&BuiltMaterial> {
         self.materials.get(shape as usize).filter(|material| material.scatters())
     }
 }
@@ -378,7 +378,7 @@ fn parallelogram(a: [u32; 3], b: [u32; 3], corner: impl Fn(u32) -> Option<Vec3>)
 }
 
 /// True if it is plain that no surface that reflects reaches into a ball light. Not asked of large scenes.
-fn all_outside(geometry: &Geometry, lights: &[Light], epsilon: f32) -> bool {
+fn all_outside(geometry: &BuiltGeometry, lights: &[BuiltLight], epsilon: f32) -> bool {
     if geometry.has_tree() || lights.iter().any(|light| light.material.scatters()) {
         return false;
     }
@@ -404,7 +404,7 @@ fn all_outside(geometry: &Geometry, lights: &[Light], epsilon: f32) -> bool {
 
 /// Offset for rays that leave a surface: ten f32 roundings at the size of the scene, seen from the
 /// camera. No more, since it moves the edges of shadows by as much.
-fn ray_epsilon(geometry: &Geometry, lights: &[Light], eye: Vec3) -> f32 {
+fn ray_epsilon(geometry: &BuiltGeometry, lights: &[BuiltLight], eye: Vec3) -> f32 {
     let (min, max) = geometry.bounds();
     let mut extent = eye.abs().max_element();
     for v in [min, max] {

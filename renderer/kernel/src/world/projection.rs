@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_meets_the_near_side_first() {
+    fn a_ray_hits_the_near_side_first() {
         let ray = Ray { origin: DVec3::ZERO, direction: DVec3::Z };
         assert_eq!(ray.hit_sphere(DVec3::new(0.0, 0.0, 5.0), 1.0), Some(4.0));
         assert_eq!(ray.hit_sphere(DVec3::ZERO, 1.0), Some(1.0), "from the inside");

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::BuiltScene;
 use super::culling::Culled;
-use crate::bsdf::{Material, Surface};
+use crate::bsdf::{BuiltMaterial, Surface};
 use crate::geometry::shape::{Ball, Facet};
 use crate::lanes::{Lanes, Mask, PACKET, Place, Real, Uint, V3};
 use crate::light::{Aim, LightShape, Sight};
@@ -30,7 +30,7 @@ pub struct CameraHit<'a, L: Lanes> {
     pub first: u32,
     /// And in each lane; `None` if it is the same in all.
     pub shapes: Option<L::U>,
-    /// The points met, made of what that of the shape is made of.
+    /// The points hit, made of what that of the shape is made of.
     pub points: Surface<'a, L>,
     /// Radiance of a light hit directly, 0 elsewhere.
     pub emitted: V3<L>,
@@ -94,24 +94,24 @@ impl<'a, L: Lanes> View<'a, L> {
         CameraHit { surface, first, shapes, points, emitted, emits }
     }
 
-    /// The shapes (see [`CameraHit`]) and the points `p` that rays in directions `dir` met on the primitives with these
+    /// The shapes (see [`CameraHit`]) and the points `p` that rays in directions `dir` hit on the primitives with these
     /// numbers. Most packets meet one primitive; in a fine mesh every ray may hit another.
     #[inline(always)]
-    fn points(&self, id: L::U, met: L::M, p: V3<L>, dir: V3<L>) -> (u32, Option<L::U>, Surface<'a, L>) {
+    fn points(&self, id: L::U, hit: L::M, p: V3<L>, dir: V3<L>) -> (u32, Option<L::U>, Surface<'a, L>) {
         let l = self.l;
         let mut ids = [0; PACKET];
         id.store(&mut ids);
-        let mut todo = met.bits();
+        let mut todo = hit.bits();
         let lane = todo.trailing_zeros() as usize % PACKET;
         let first = ids[lane];
-        if (id.eq(l.u(first)) | !met).all() {
+        if (id.eq(l.u(first)) | !hit).all() {
             return match self.primitive(first) {
                 Some(Primitive::Facet(facet)) => (facet.shape, None, on_facet(l, facet, p, dir)),
                 Some(Primitive::Ball(ball)) => {
                     let n = (p - V3::splat(l, ball.center)).normalize(l);
-                    (ball.shape, None, Surface::new(l, p, n, dir, &Material::BLACK))
+                    (ball.shape, None, Surface::new(l, p, n, dir, &BuiltMaterial::BLACK))
                 }
-                None => (0, None, Surface::new(l, p, -dir, dir, &Material::BLACK)),
+                None => (0, None, Surface::new(l, p, -dir, dir, &BuiltMaterial::BLACK)),
             };
         }
         // By lane: normal of a facet or centre of a ball.
@@ -138,7 +138,7 @@ impl<'a, L: Lanes> View<'a, L> {
         if balls != 0 {
             n = V3::select(l.mask(balls), (p - n).normalize(l), n);
         }
-        (shapes[lane], Some(l.load_u(&shapes)), Surface::new(l, p, n, dir, &Material::BLACK))
+        (shapes[lane], Some(l.load_u(&shapes)), Surface::new(l, p, n, dir, &BuiltMaterial::BLACK))
     }
 
     /// The primitive with that number: facets, balls, lights.
@@ -184,5 +184,5 @@ impl<'a, L: Lanes> View<'a, L> {
 /// Points of a facet.
 #[inline(always)]
 fn on_facet<'a, L: Lanes>(l: L, facet: &Facet, p: V3<L>, dir: V3<L>) -> Surface<'a, L> {
-    Surface::new(l, p, V3::splat(l, facet.normal), dir, &Material::BLACK)
+    Surface::new(l, p, V3::splat(l, facet.normal), dir, &BuiltMaterial::BLACK)
 }

@@ -188,7 +188,7 @@ impl Tree {
                 let at = (child >> KIND_BITS) as usize;
                 depth = self.push_children(l, at, bits, &beam, waiting, depth);
             } else {
-                self.meet_together::<L, ANY>(l, rays, child, inside, enter);
+                self.hit_together::<L, ANY>(l, rays, child, inside, enter);
             }
         }
     }
@@ -239,7 +239,7 @@ impl Tree {
 
     /// Asks the primitives of a leaf for the rays of `inside`, which enter its box at `enter`.
     #[inline(always)]
-    pub(super) fn meet_together<L: Lanes, const ANY: bool>(
+    pub(super) fn hit_together<L: Lanes, const ANY: bool>(
         &self,
         l: L,
         rays: &mut Rays<L>,
@@ -300,7 +300,7 @@ impl Tree {
             'ray: loop {
                 let (child, enter) = child_of_entry_key(next);
                 if child & INNER == 0 {
-                    best = self.meet_alone::<L::Few, ANY>(l.few(), &few, child, enter, best);
+                    best = self.hit_alone::<L::Few, ANY>(l.few(), &few, child, enter, best);
                     if ANY && best.0 < 0.0 {
                         break 'ray;
                     }
@@ -376,7 +376,7 @@ impl Tree {
 
     /// Asks the primitives of a leaf for one ray, which enters its box at `enter`.
     #[inline(always)]
-    pub(super) fn meet_alone<L: Lanes, const ANY: bool>(
+    pub(super) fn hit_alone<L: Lanes, const ANY: bool>(
         &self,
         l: L,
         ray: &Ray<L>,
