@@ -134,7 +134,7 @@ impl<L: Lanes> Point<'_, L> {
     pub(crate) fn draw_where(&self, by_light: L::M, u: &Numbers<L>) -> Draw<L> {
         let mut draw = Draw::none(self.view.l, by_light);
         if by_light.any() {
-            draw = Draw { by_light, ..self.draw_light(u) };
+            draw = self.draw_light(u);
         }
         if !by_light.all() {
             draw = Draw::select(by_light, &draw, &self.draw_bsdf(u));
