@@ -5,6 +5,9 @@
 //! [`Lights::look`], as a function of the direction alone; both techniques and every strategy use
 //! that function, so that the two weights of a direction always sum to one.
 
+mod built;
+mod hit;
+mod tables;
 mod tree;
 
 use glam::Vec3;
@@ -16,33 +19,16 @@ use crate::lanes::{Lanes, Mask, Place, Real, SHORT, Uint, V3};
 use crate::sampler::{Dimension, Numbers};
 use crate::stop::{Stop, Stopped};
 use crate::warp;
+pub use built::{BuiltLight, LightShape};
+use hit::{BallLightLanes, LightHit, chord, density_from_outside, far_distance2, hit_facet};
+use tables::Tables;
 use tree::LightTree;
-
-/// Where a light is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LightShape {
-    /// Sampled over the cone it fills; from inside, over all directions.
-    Ball(Ball),
-    /// Sampled over its area.
-    Facet(Facet),
-}
 
 /// Most sphere lights that are looked up in a table of [`SHORT`] numbers, in which 0 stands for no light.
 pub const IN_TABLE: usize = SHORT - 1;
 
 /// Up to so many lights each is asked for every direction; a tree pays from about there.
 const FLAT_LIMIT: usize = 32;
-
-/// A surface that emits, on its outer side.
-#[derive(Clone, Copy, Debug)]
-pub struct BuiltLight {
-    /// The surface.
-    pub shape: LightShape,
-    /// Emitted radiance.
-    pub radiance: Vec3,
-    /// What it reflects.
-    pub material: crate::bsdf::BuiltMaterial,
-}
 
 /// All lights that are on.
 #[derive(Debug, Default)]
@@ -77,28 +63,6 @@ struct BallLight {
 struct Outside {
     curvature2: [f32; SHORT],
     radiance: [[f32; SHORT]; 3],
-}
-
-/// Numbers of the sphere and facet lights by index, for fetching by lane; filled up with zeros to [`SHORT`].
-#[derive(Debug, Default)]
-struct Tables {
-    is_ball: Vec<f32>,
-    p: [Vec<f32>; 3],
-    radiance: [Vec<f32>; 3],
-    /// Of a ball: radius^2 and 1 / radius^2.
-    radius2: Vec<f32>,
-    curvature2: Vec<f32>,
-    inward: Vec<f32>,
-    e1: [Vec<f32>; 3],
-    e2: [Vec<f32>; 3],
-    normal: [Vec<f32>; 3],
-    u_axis: [Vec<f32>; 3],
-    v_axis: [Vec<f32>; 3],
-    area: Vec<f32>,
-    quad: Vec<f32>,
-    any_ball: bool,
-    any_inward: bool,
-    any_facet: bool,
 }
 
 /// What lies in one direction, as far as lights are concerned.
@@ -143,120 +107,6 @@ impl<L: Lanes> Aim<L> {
     }
 }
 
-/// Where rays hit a light.
-struct LightHit<L: Lanes> {
-    /// True where they do, on either side.
-    hit: L::M,
-    /// True where they do on the side that emits.
-    faces: L::M,
-    /// Density of sampling this light in that direction, per solid angle.
-    density: L::F,
-    /// Distance to the light's surface.
-    distance: L::F,
-}
-
-/// Where rays hit a ball light's surface from outside or from within, without a square root: how far
-/// along the ray the nearest point to the centre is, and the square of half the chord.
-struct Chord<L: Lanes> {
-    along: L::F,
-    half2: L::F,
-    /// Square of the centre's distance in units of the radius squared; with `from_outside`, [`far_distance2`] knows it.
-    x: L::F,
-    /// The rays start inside.
-    inside: L::M,
-    /// The line hits the sphere, and not only behind the start.
-    hit: L::M,
-}
-
-/// With `from_outside`, rays start outside, and not next to the surface.
-#[inline(always)]
-fn chord<L: Lanes>(
-    l: L,
-    ball: &BallLanes<L>,
-    curvature2: L::F,
-    origin: V3<L>,
-    dir: V3<L>,
-    from_outside: bool,
-) -> Chord<L> {
-    let zero = l.f(0.0);
-    let (along, half2) = ball.chord(origin, dir);
-    let (meets, ahead) = (half2.ge(zero), along.gt(zero));
-    // Seen from outside it only has to lie ahead, however near: on its very surface it still fills half of all directions.
-    if from_outside {
-        return Chord { along, half2, x: zero, inside: l.m(false), hit: meets & ahead };
-    }
-    let to_center = ball.center - origin;
-    let x = to_center.dot(to_center) * curvature2;
-    let inside = x.lt(l.f(1.0));
-    Chord { along, half2, x, inside, hit: meets & (inside | ahead) }
-}
-
-/// See [`Chord::x`]; not for points next to the surface, where it would not be exact.
-#[inline(always)]
-fn far_distance2<L: Lanes>(l: L, along: L::F, half2: L::F, curvature2: L::F) -> L::F {
-    (along * along - half2).mul_add(curvature2, l.f(1.0))
-}
-
-/// Density of sampling a ball from outside, `1 / (2 pi (1 - cos))`: from the square of the centre's distance in units
-/// of the radius squared.
-#[inline(always)]
-fn density_from_outside<L: Lanes>(l: L, x: L::F) -> L::F {
-    warp::cone_pdf::<L>(warp::inverse_one_minus_cos_of_sphere(l, x))
-}
-
-/// A ball light in every lane, the same or another one in each.
-struct BallLightLanes<L: Lanes> {
-    ball: BallLanes<L>,
-    curvature2: L::F,
-    inward: L::M,
-}
-
-impl<L: Lanes> BallLightLanes<L> {
-    #[inline(always)]
-    fn splat(l: L, ball: &Ball) -> Self {
-        Self { ball: BallLanes::splat(l, ball), curvature2: l.f(ball.curvature2()), inward: l.m(ball.inward) }
-    }
-
-    /// Whether and where rays hit it. From inside only what lies beyond `t_min` is hit.
-    #[inline(always)]
-    fn hit(&self, l: L, origin: V3<L>, dir: V3<L>, t_min: L::F, from_outside: bool) -> LightHit<L> {
-        let Chord { along, half2, x, inside, hit } = chord(l, &self.ball, self.curvature2, origin, dir, from_outside);
-        let x = if from_outside { far_distance2(l, along, half2, self.curvature2) } else { x };
-        let half = half2.max(l.f(0.0)).sqrt();
-        let distance = (along + inside.select(half, -half)).max(l.f(0.0));
-        let hit = hit & (!inside | distance.gt(t_min));
-        let faces = hit & !(inside ^ self.inward);
-        // From inside, all directions alike.
-        let density = inside.select(l.f(warp::SPHERE_PDF), density_from_outside(l, x));
-        LightHit { hit, faces, density, distance }
-    }
-}
-
-/// What a facet light is that rays hit at `distance` if they are `inside` its edges; only beyond `t_min`.
-#[inline(always)]
-fn hit_facet<L: Lanes>(
-    l: L,
-    (distance, inside): (L::F, L::M),
-    normal: V3<L>,
-    area: L::F,
-    dir: V3<L>,
-    t_min: L::F,
-) -> LightHit<L> {
-    let hit = inside & distance.gt(t_min);
-    // Uniform over the area, dA = t^2 / cos dw.
-    let cos = -(normal.dot(dir));
-    let density = distance * distance / (cos * area);
-    LightHit { hit, faces: hit & cos.gt(l.f(0.0)), density, distance }
-}
-
-impl<L: Lanes> LightHit<L> {
-    /// The same where true, nothing elsewhere.
-    #[inline(always)]
-    fn only(self, here: L::M) -> Self {
-        Self { hit: self.hit & here, faces: self.faces & here, ..self }
-    }
-}
-
 /// The light in front, and the densities of all.
 struct Front<L: Lanes> {
     t: L::F,
@@ -289,7 +139,6 @@ impl Lights {
     /// If it is stopped.
     pub fn new(mut list: Vec<BuiltLight>, stop: Stop<'_>) -> Result<Self, Stopped> {
         list.sort_by_key(|light| matches!(light.shape, LightShape::Facet(_)));
-        let mut t = Tables::default();
         let mut outside = Outside::default();
         let (mut balls, mut facets) = (Vec::new(), Vec::new());
         for light in &list {
@@ -310,32 +159,6 @@ impl Lights {
                 }
             }
             facets.extend(facet.map(|facet| (facet, light.radiance)));
-            t.any_ball |= ball.is_some();
-            t.any_facet |= facet.is_some();
-            t.is_ball.push(if ball.is_some() { 1.0 } else { 0.0 });
-            t.any_inward |= ball.is_some_and(|b| b.inward);
-            t.radius2.push(ball.map_or(0.0, |b| b.radius * b.radius));
-            t.curvature2.push(ball.map_or(0.0, |b| b.curvature2()));
-            t.area.push(facet.map_or(0.0, |f| f.area));
-            t.inward.push(if ball.is_some_and(|b| b.inward) { 1.0 } else { 0.0 });
-            t.quad.push(if facet.is_some_and(|f| f.quad) { 1.0 } else { 0.0 });
-            let p = ball.map(|b| b.center).or(facet.map(|f| f.p0)).unwrap_or_default();
-            let e1 = facet.map_or(Vec3::ZERO, |f| f.e1);
-            let e2 = facet.map_or(Vec3::ZERO, |f| f.e2);
-            let normal = facet.map_or(Vec3::ZERO, |f| f.normal);
-            let [u_axis, v_axis] = facet.map_or([Vec3::ZERO; 2], |f| f.axes());
-            for axis in 0..3 {
-                t.radiance[axis].push(light.radiance[axis]);
-                t.u_axis[axis].push(u_axis[axis]);
-                t.v_axis[axis].push(v_axis[axis]);
-                t.p[axis].push(p[axis]);
-                t.e1[axis].push(e1[axis]);
-                t.e2[axis].push(e2[axis]);
-                t.normal[axis].push(normal[axis]);
-            }
-        }
-        for table in t.all() {
-            table.resize(list.len().max(SHORT), 0.0);
         }
         let tree = (list.len() > FLAT_LIMIT).then(|| {
             let boxes: Vec<_> = list
@@ -348,7 +171,8 @@ impl Lights {
             LightTree::new(&boxes, stop)
         });
         let tree = tree.transpose()?;
-        Ok(Self { list, balls, facets, tables: t, outside, tree, from_outside: false })
+        let tables = Tables::new(&list);
+        Ok(Self { list, balls, facets, tables, outside, tree, from_outside: false })
     }
 
     /// True if these are the same shapes, whatever they emit.
@@ -404,13 +228,13 @@ impl Lights {
     #[inline(always)]
     fn sample_one<L: Lanes, const SHORT_LIST: bool>(&self, l: L, p: V3<L>, u: [L::F; 2], choice: L::U) -> Aim<L> {
         let t = &self.tables;
-        let to = self.pick_v::<L, SHORT_LIST>(l, &t.p, choice) - p;
+        let to = t.pick_v::<L, SHORT_LIST>(l, &t.p, choice) - p;
 
         let mut wi = to;
         let mut faces = l.m(true);
         if SHORT_LIST || t.any_ball {
             let distance2 = to.dot(to);
-            let x = distance2 * self.pick::<L, SHORT_LIST>(l, &t.curvature2, choice);
+            let x = distance2 * t.pick::<L, SHORT_LIST>(l, &t.curvature2, choice);
             let inside = x.lt(l.f(1.0));
             let axis = to * (l.f(1.0) / distance2.max(l.f(f32::MIN_POSITIVE)).sqrt());
             // From the very centre there is no axis; any will do.
@@ -421,20 +245,20 @@ impl Lights {
             wi = s.scale_add(local.x, b.scale_add(local.y, axis * local.z)).renormalize(l);
             faces = !inside;
             if t.any_inward {
-                faces = faces ^ self.pick::<L, SHORT_LIST>(l, &t.inward, choice).gt(l.f(0.5));
+                faces = faces ^ t.pick::<L, SHORT_LIST>(l, &t.inward, choice).gt(l.f(0.5));
             }
         }
         if !SHORT_LIST && t.any_facet {
             let [b1, b2] = u;
             let [f1, f2] = warp::square_to_triangle(l, u);
-            let quad = self.pick::<L, SHORT_LIST>(l, &t.quad, choice).gt(l.f(0.5));
+            let quad = t.pick::<L, SHORT_LIST>(l, &t.quad, choice).gt(l.f(0.5));
             let (b1, b2) = (quad.select(b1, f1), quad.select(b2, f2));
-            let e1 = self.pick_v::<L, SHORT_LIST>(l, &t.e1, choice);
-            let e2 = self.pick_v::<L, SHORT_LIST>(l, &t.e2, choice);
+            let e1 = t.pick_v::<L, SHORT_LIST>(l, &t.e1, choice);
+            let e2 = t.pick_v::<L, SHORT_LIST>(l, &t.e2, choice);
             let point = e1.scale_add(b1, e2.scale_add(b2, to));
-            let is_ball = self.pick::<L, SHORT_LIST>(l, &t.is_ball, choice).gt(l.f(0.5));
+            let is_ball = t.pick::<L, SHORT_LIST>(l, &t.is_ball, choice).gt(l.f(0.5));
             wi = V3::select(is_ball, wi, point.normalize(l));
-            let normal = self.pick_v::<L, SHORT_LIST>(l, &t.normal, choice);
+            let normal = t.pick_v::<L, SHORT_LIST>(l, &t.normal, choice);
             faces = (is_ball & faces) | (!is_ball & normal.dot(point).lt(l.f(0.0)));
         }
         Aim { wi, valid: faces, choice, to }
@@ -445,25 +269,6 @@ impl Lights {
     fn number<L: Lanes>(&self, l: L, chosen: L::F) -> L::U {
         let (drawn, last) = (chosen.to_uint(), l.u(self.list.len() as u32 - 1));
         drawn.lt(last).select_u(drawn, last)
-    }
-
-    /// `table[choice]`. `SHORT_LIST`: there are [`SHORT`] lights at most.
-    #[inline(always)]
-    fn pick<L: Lanes, const SHORT_LIST: bool>(&self, l: L, table: &[f32], choice: L::U) -> L::F {
-        if SHORT_LIST || self.list.len() <= SHORT {
-            let table = table.first_chunk().expect("tables are filled up");
-            return l.lookup(table, self.list.len(), choice);
-        }
-        l.gather(table, choice)
-    }
-
-    #[inline(always)]
-    fn pick_v<L: Lanes, const SHORT_LIST: bool>(&self, l: L, table: &[Vec<f32>; 3], choice: L::U) -> V3<L> {
-        V3 {
-            x: self.pick::<L, SHORT_LIST>(l, &table[0], choice),
-            y: self.pick::<L, SHORT_LIST>(l, &table[1], choice),
-            z: self.pick::<L, SHORT_LIST>(l, &table[2], choice),
-        }
     }
 
     /// First light surface of the list that each ray hits: distance, index, and the radiance it
@@ -540,14 +345,13 @@ impl Lights {
         for k in 0..longest {
             let (numbers, there) = lists.get::<L>(k);
             let (number, there) = (l.load_u(numbers), l.mask(there));
-            let is_ball = self.pick::<L, false>(l, &t.is_ball, number).gt(l.f(0.5));
-            let (at, radiance) =
-                (self.pick_v::<L, false>(l, &t.p, number), self.pick_v::<L, false>(l, &t.radiance, number));
+            let is_ball = t.pick::<L, false>(l, &t.is_ball, number).gt(l.f(0.5));
+            let (at, radiance) = (t.pick_v::<L, false>(l, &t.p, number), t.pick_v::<L, false>(l, &t.radiance, number));
             if (is_ball & there).any() {
                 let light = BallLightLanes {
-                    ball: BallLanes { center: at, radius2: self.pick::<L, false>(l, &t.radius2, number) },
-                    curvature2: self.pick::<L, false>(l, &t.curvature2, number),
-                    inward: self.pick::<L, false>(l, &t.inward, number).gt(l.f(0.5)),
+                    ball: BallLanes { center: at, radius2: t.pick::<L, false>(l, &t.radius2, number) },
+                    curvature2: t.pick::<L, false>(l, &t.curvature2, number),
+                    inward: t.pick::<L, false>(l, &t.inward, number).gt(l.f(0.5)),
                 };
                 let hit = light.hit(l, origin, dir, t_min, from_outside);
                 front.add(l, &hit.only(is_ball & there), number, radiance);
@@ -555,12 +359,12 @@ impl Lights {
             if (!is_ball & there).any() {
                 let facet = FacetLanes {
                     p0: at,
-                    normal: self.pick_v::<L, false>(l, &t.normal, number),
-                    u_axis: self.pick_v::<L, false>(l, &t.u_axis, number),
-                    v_axis: self.pick_v::<L, false>(l, &t.v_axis, number),
-                    triangle: l.f(1.0) - self.pick::<L, false>(l, &t.quad, number),
+                    normal: t.pick_v::<L, false>(l, &t.normal, number),
+                    u_axis: t.pick_v::<L, false>(l, &t.u_axis, number),
+                    v_axis: t.pick_v::<L, false>(l, &t.v_axis, number),
+                    triangle: l.f(1.0) - t.pick::<L, false>(l, &t.quad, number),
                 };
-                let area = self.pick::<L, false>(l, &t.area, number);
+                let area = t.pick::<L, false>(l, &t.area, number);
                 let hit = hit_facet(l, facet.intersect(l, origin, dir), facet.normal, area, dir, t_min);
                 front.add(l, &hit.only(!is_ball & there), number, radiance);
             }
@@ -619,7 +423,7 @@ impl Lights {
     pub fn look_at<L: Lanes>(&self, l: L, aim: &Aim<L>, distances: bool) -> Sight<L> {
         let each = 1.0 / self.list.len().max(1) as f32;
         let t = &self.tables;
-        let (along, half2) = shape::chord(aim.to, self.pick::<L, true>(l, &t.radius2, aim.choice), aim.wi);
+        let (along, half2) = shape::chord(aim.to, t.pick::<L, true>(l, &t.radius2, aim.choice), aim.wi);
         let hit = half2.ge(l.f(0.0)) & along.gt(l.f(0.0));
         let place = hit.select_u(aim.choice + l.u(1), l.u(0));
         let sight = self.ball_in(l, place, hit, (along, half2), None, distances);
@@ -692,16 +496,5 @@ impl Lights {
         let pdf = shines.select(density_from_outside(l, x), zero);
         let t = if distances { (along - half2.max(zero).sqrt()).max(zero) } else { zero };
         Sight { pdf, t: hit.select(t, l.f(f32::INFINITY)), radiance, shines }
-    }
-}
-
-impl Tables {
-    /// All of them.
-    fn all(&mut self) -> impl Iterator<Item = &mut Vec<f32>> {
-        let vectors = [&mut self.p, &mut self.radiance, &mut self.e1, &mut self.e2, &mut self.normal];
-        let axes = [&mut self.u_axis, &mut self.v_axis];
-        let numbers = [&mut self.is_ball, &mut self.radius2, &mut self.curvature2, &mut self.inward];
-        let more = [&mut self.area, &mut self.quad];
-        vectors.into_iter().chain(axes).flatten().chain(numbers).chain(more)
     }
 }
