@@ -2,8 +2,9 @@
 
 use std::num::NonZeroU32;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, Vec3};
 use mislab_renderer::{
     Camera, Channel, Frame, Geometry, ImageSettings, Request, SamplerKind, SamplerSettings, Sampling, Scene, Settings,
     engine,
@@ -47,6 +48,40 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings) -> Arc<Frame> {
 pub fn render_on(threads: usize, scene: &Arc<Scene>, settings: &Settings) -> Arc<Frame> {
     let request = Request { scene: scene.clone(), settings: settings.clone() };
     engine::render(&request, threads, &mut |_| true).expect("the request can be rendered")
+}
+
+/// Waits until `done` holds.
+///
+/// # Panics
+/// After a minute: the limit is for a broken program only.
+pub fn wait(what: &str, mut done: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !done() {
+        assert!(start.elapsed() < Duration::from_secs(60), "waited a minute for: {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// The default scene with a rectangle and a triangle as lights, one-sided, in front of each other.
+pub fn mesh_lights(radiance: Vec3) -> Scene {
+    let mut scene = veach();
+    let quad = |z: f32, s: f32| vec![[-s, -s, z], [s, -s, z], [s, s, z], [-s, s, z]];
+    let shapes: Vec<usize> = scene.light_shapes().collect();
+    for (shape, (points, triangles)) in shapes.into_iter().zip([
+        (quad(0.5, 0.6), vec![[0, 2, 1], [0, 3, 2]]),
+        (quad(-0.5, 1.0), vec![[0, 1, 2], [0, 2, 3]]),
+        (vec![[2.0, -1.0, 0.0], [3.0, -1.5, 0.5], [2.5, 1.0, 0.0]], vec![[0, 1, 2]]),
+    ]) {
+        let shape = &mut scene.shapes[shape];
+        shape.geometry = Geometry::Mesh {
+            positions: Arc::new(points.into_iter().map(Vec3::from).collect()),
+            triangles: Arc::new(triangles),
+        };
+        if let Some(light) = &mut shape.light {
+            light.radiance = radiance;
+        }
+    }
+    scene
 }
 
 /// A camera at `eye` that looks at `target`, with this field of view.

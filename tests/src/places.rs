@@ -1,11 +1,9 @@
 //! Points of the default scene, and of its variants, that mean and variance are known at.
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
-use mislab_renderer::{Bsdf, Geometry, Reflectance, Scene};
+use mislab_renderer::{Bsdf, Reflectance, Scene};
 
-use crate::experiment::{highlight, veach};
+use crate::experiment::{highlight, mesh_lights, veach};
 
 /// Where the default scene's camera is.
 pub const EYE: DVec3 = DVec3::new(0.0, 2.0, 15.0);
@@ -126,23 +124,7 @@ pub fn variants() -> Vec<(String, Scene, DVec3)> {
         let target = [DVec3::new(0.5, -3.9, 3.5), DVec3::new(2.0, 2.0, -2.0)][alone % 2];
         all.push((format!("light {} alone", alone + 1), scene, target));
     }
-    // Rectangle and triangle as lights, one-sided, in front of each other.
-    let mut mesh = veach();
-    let quad = |z: f32, s: f32| vec![[-s, -s, z], [s, -s, z], [s, s, z], [-s, s, z]];
-    for (shape, (points, triangles)) in mesh.light_shapes().collect::<Vec<_>>().into_iter().zip([
-        (quad(0.5, 0.6), vec![[0, 2, 1], [0, 3, 2]]),
-        (quad(-0.5, 1.0), vec![[0, 1, 2], [0, 2, 3]]),
-        (vec![[2.0, -1.0, 0.0], [3.0, -1.5, 0.5], [2.5, 1.0, 0.0]], vec![[0, 1, 2]]),
-    ]) {
-        let shape = &mut mesh.shapes[shape];
-        shape.geometry = Geometry::Mesh {
-            positions: Arc::new(points.into_iter().map(Vec3::from).collect()),
-            triangles: Arc::new(triangles),
-        };
-        if let Some(light) = &mut shape.light {
-            light.radiance = Vec3::splat(3.0);
-        }
-    }
+    let mesh = mesh_lights(Vec3::splat(3.0));
     for (i, (x, y, z)) in [(0.4, 2.0, -2.0), (1.0, -4.14615, 6.0), (1.5, -3.9, 3.5)].into_iter().enumerate() {
         all.push((format!("mesh lights, point {i}"), mesh.clone(), DVec3::new(x, y, z)));
     }

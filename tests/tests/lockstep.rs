@@ -2,12 +2,12 @@
 
 use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::time::{Duration, Instant};
 
 use mislab_renderer::{
     Channel, Estimator, Frame, Frames, Geometry, ImageSettings, Lockstep, Pace, Picture, Renderer, Request, Sampling,
     Settings, State, Strategy, Subscription, pbrt, render,
 };
+use mislab_tests::experiment::wait;
 
 fn request(size: u32, strategy: Strategy, spp: u32) -> Request {
     let file = pbrt::embedded_scene();
@@ -17,15 +17,6 @@ fn request(size: u32, strategy: Strategy, spp: u32) -> Request {
         image: ImageSettings { resolution: [size, size], ..file.settings.image },
     };
     Request { scene: Arc::new(file.scene), settings }
-}
-
-/// Waits until `done` holds; the limit is for a broken program only.
-fn wait(what: &str, mut done: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !done() {
-        assert!(start.elapsed() < Duration::from_secs(60), "waited a minute for: {what}");
-        std::thread::sleep(Duration::from_millis(1));
-    }
 }
 
 fn is(picture: &Picture, state: State) -> bool {

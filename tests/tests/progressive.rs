@@ -3,13 +3,14 @@
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::Vec3;
 use mislab_renderer::{
     Channel, Frame, Geometry, ImageSettings, Pace, Picture, Renderer, Request, Sampling, Settings, State, Strategy,
     Subscription, pbrt, render,
 };
+use mislab_tests::experiment::wait;
 
 fn request(size: u32, spp: Option<u32>) -> Request {
     let file = pbrt::embedded_scene();
@@ -19,15 +20,6 @@ fn request(size: u32, spp: Option<u32>) -> Request {
         ..file.settings
     };
     Request { scene: Arc::new(file.scene), settings }
-}
-
-/// Waits until `done` holds; the limit is for a broken program only.
-fn wait(what: &str, mut done: impl FnMut() -> bool) {
-    let start = Instant::now();
-    while !done() {
-        assert!(start.elapsed() < Duration::from_secs(60), "waited a minute for: {what}");
-        std::thread::sleep(Duration::from_millis(1));
-    }
 }
 
 fn finished(picture: &Picture) -> Arc<Frame> {

@@ -2,12 +2,12 @@
 
 use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::time::{Duration, Instant};
 
 use mislab_renderer::{
     Channel, Frame, Frames, ImageSettings, Marks, Picture, Renderer, Request, Sampling, Settings, State, Subscription,
     pbrt, render,
 };
+use mislab_tests::experiment::wait;
 
 fn request(spp: u32) -> Request {
     let file = pbrt::embedded_scene();
@@ -19,13 +19,9 @@ fn request(spp: u32) -> Request {
     Request { scene: Arc::new(file.scene), settings }
 }
 
-/// Waits for the spp target; the limit is for a broken program only.
+/// Waits for the spp target.
 fn finish(picture: &Picture, spp: u32) {
-    let start = Instant::now();
-    while !(picture.status().state == State::Finished && picture.status().spp == spp) {
-        assert!(start.elapsed() < Duration::from_secs(60), "waited a minute for {spp} spp: {:?}", picture.status());
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    wait(&format!("{spp} spp"), || picture.status().state == State::Finished && picture.status().spp == spp);
 }
 
 fn bits(frame: &Frame) -> Vec<u32> {

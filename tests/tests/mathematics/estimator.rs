@@ -1,17 +1,15 @@
 //! The page: each single contribution is `w f / (n p)` or `w f / (c p)`, with f, both densities and the weights of the
 //! oracle.
 
-use std::sync::Arc;
-
 use glam::{DVec3, Vec3};
 use mislab_kernel::bsdf;
 use mislab_kernel::estimator::{Contribution, Reflected};
 use mislab_kernel::lanes::{Single, V3};
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_kernel::world::BuiltScene;
-use mislab_renderer::{Bsdf, Estimator, Geometry, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
+use mislab_renderer::{Bsdf, Estimator, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
 use mislab_tests::draws::Draws;
-use mislab_tests::experiment::{independent, veach};
+use mislab_tests::experiment::{independent, mesh_lights, veach};
 use mislab_tests::oracle::{Lobes, World, heuristic};
 
 use crate::once::{self, d};
@@ -34,23 +32,7 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
             *alpha = 0.0;
         }
     }
-    let mut mesh = veach();
-    let quad = |z: f32, s: f32| vec![[-s, -s, z], [s, -s, z], [s, s, z], [-s, s, z]];
-    let shapes: Vec<usize> = mesh.light_shapes().collect();
-    for (shape, (points, triangles)) in shapes.into_iter().zip([
-        (quad(0.5, 0.6), vec![[0, 2, 1], [0, 3, 2]]),
-        (quad(-0.5, 1.0), vec![[0, 1, 2], [0, 2, 3]]),
-        (vec![[2.0, -1.0, 0.0], [3.0, -1.5, 0.5], [2.5, 1.0, 0.0]], vec![[0, 1, 2]]),
-    ]) {
-        let shape = &mut mesh.shapes[shape];
-        shape.geometry = Geometry::Mesh {
-            positions: Arc::new(points.into_iter().map(Vec3::from).collect()),
-            triangles: Arc::new(triangles),
-        };
-        if let Some(light) = &mut shape.light {
-            light.radiance = Vec3::new(3.0, 2.0, 1.0);
-        }
-    }
+    let mut mesh = mesh_lights(Vec3::new(3.0, 2.0, 1.0));
     if let Some(material) = mesh.material_mut("plate4") {
         let reflectance = Reflectance::Fresnel { eta: Vec3::new(0.14, 0.37, 1.44), k: Vec3::new(3.98, 2.39, 1.6) };
         material.bsdf = Bsdf::Conductor { reflectance, alpha: 0.2 };
