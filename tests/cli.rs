@@ -694,6 +694,45 @@ fn the_table_in_all_formats_with_its_pictures() {
     assert!(markdown.out.starts_with('|'), "{}", markdown.out);
 }
 
+/// Numbers never replace a scene or a picture, and nothing is written into a pipe that nobody reads.
+#[test]
+fn results_do_not_replace_what_they_are_about() {
+    let place = Place::new();
+    place.write("a.pbrt", &scene_with_header(""));
+    let before = std::fs::read(place.path("a.pbrt")).expect("a file");
+    for line in [
+        "render a.pbrt --spp 1 --size 8x8 --outfile o.exr --json a.pbrt",
+        "render a.pbrt --spp 1 --size 8x8 --outfile o.exr --json o.exr",
+        "converge a.pbrt --size 8x8 --csv a.pbrt",
+    ] {
+        place.run(line).expect_code(2).expect_err(&["scene or picture", "numbers.json"]);
+    }
+    assert_eq!(std::fs::read(place.path("a.pbrt")).expect("a file"), before);
+    assert!(!place.files().iter().any(|name| name == "o.exr"), "refused before anything is rendered");
+    #[cfg(unix)]
+    {
+        let made = std::process::Command::new("mkfifo").arg(place.path("p.exr")).status();
+        assert!(made.is_ok_and(|status| status.success()), "a pipe");
+        let line = "render a.pbrt --spp 1 --size 8x8 --outfile p.exr";
+        place.run(line).expect_code(1).expect_err(&["p.exr", "pipe or device"]);
+    }
+}
+
+/// A file named for one strategy does not get the picture of another.
+#[test]
+fn a_strategy_of_the_command_line_stands_in_the_pictures_name() {
+    let place = Place::new();
+    let film = "Film \"image\" \"integer xresolution\" [8] \"integer yresolution\" [8] \"string filename\" [\"veachMIS_L.exr\"]";
+    let integrator = "Integrator \"veachMIS\" \"string MISstrategy\" [\"light\"]";
+    place.write("a.pbrt", &scene_with_header(&format!("{film} {integrator}")));
+    place.run("render a.pbrt --spp 1 --strategy bsdf").expect_code(0);
+    place.run("render a.pbrt --spp 1 --strategy light").expect_code(0);
+    let mut files = place.files();
+    files.retain(|name| name.ends_with(".exr"));
+    files.sort();
+    assert_eq!(files, ["veachMIS_L.exr", "veachMIS_L_bsdf.exr"]);
+}
+
 #[test]
 fn errors_are_measured_against_samples() {
     let place = Place::new();

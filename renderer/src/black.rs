@@ -8,11 +8,14 @@ use crate::frame::Frame;
 use crate::inspect::{Inspector, Point, Seen};
 use crate::layer::Channel;
 
-/// Rows and columns of camera rays that look for surfaces. From so many points of these, so many lights are asked about:
-/// it is asked between two passes of a window.
+/// Rows and columns of camera rays that look for surfaces, and how many of the lights are looked for from the points that
+/// they hit.
 const RAYS: u32 = 64;
-const POINTS: usize = 256;
 const LIGHTS: usize = 16;
+/// Rays from points to lights. It is asked between two passes of a window.
+const QUERIES: usize = 4096;
+/// From so many primitives or lights on there are fewer rays: where all lie in one place, each ray tests them all.
+const MANY: usize = 1024;
 /// A picture with more than this share of pixels that are not 0 needs no explanation.
 const LIT: f64 = 1.0 / 3.0;
 
@@ -29,13 +32,16 @@ pub fn why_black(frame: &Frame) -> Option<String> {
     }
     let inspector = Inspector::new(frame.scene(), &request.settings);
     let (mut hits, mut points) = (0, Vec::new());
-    for [x, y] in grid(frame.bounds()) {
+    let built = frame.scene();
+    let rays = if built.geometry.facets.len() + built.geometry.balls.len() > MANY { RAYS / 4 } else { RAYS };
+    for [x, y] in grid(frame.bounds(), rays) {
         match inspector.at_pixel(x, y) {
             Seen::Nothing => {}
             Seen::Light(_) => hits += 1,
             Seen::Surface(point) => {
                 hits += 1;
-                points.extend(point.reflects().then_some(point));
+                // What gives off light itself is not dark.
+                points.extend((point.reflects() && point.emitted() == Vec3::ZERO).then_some(point));
             }
         }
     }
@@ -49,9 +55,14 @@ pub fn why_black(frame: &Frame) -> Option<String> {
     }
     if strategy == Strategy::Light && points.iter().all(Point::is_mirror) {
         let reason = "only mirrors are in view, and light samples never meet a mirror's one direction";
-        return is_black.then(|| format!("this picture is black: {reason}"));
+        return Some(format!(
+            "{} black: {reason}",
+            if is_black { "this picture is" } else { "all surfaces in view are" }
+        ));
     }
-    let lights = frame.scene().lights.list.iter().take(LIGHTS);
+    let count = built.lights.list.len();
+    let (queries, most) = if count > MANY { (QUERIES / 64, LIGHTS / 4) } else { (QUERIES, LIGHTS) };
+    let lights = built.lights.list.iter().step_by(count.div_ceil(most).max(1));
     let targets: Vec<Vec3> = lights.map(|light| middle(&light.shape)).collect();
     let sees_light = |point: &Point<'_>| {
         let towards = |target: &Vec3| (*target - point.position()).normalize_or_zero();
@@ -60,7 +71,7 @@ pub fn why_black(frame: &Frame) -> Option<String> {
             seen.visible && seen.wi.dot(point.normal()) > 0.0
         })
     };
-    let some: Vec<&Point<'_>> = points.iter().step_by(points.len().div_ceil(POINTS)).collect();
+    let some: Vec<&Point<'_>> = points.iter().step_by(points.len().div_ceil(queries / most)).collect();
     let share = some.iter().filter(|point| sees_light(point)).count() as f64 / some.len() as f64;
     let turned = "its lights face away, or something is in between";
     if is_black && share > 0.0 {
@@ -71,7 +82,12 @@ pub fn why_black(frame: &Frame) -> Option<String> {
         return Some(format!("{NO_LIGHT}: {turned}"));
     }
     let percent = (100.0 * share).ceil();
-    (share <= LIT).then(|| format!("{NO_LIGHT} but for {percent} % of the surfaces in view: {turned}"))
+    let but = if share > 0.0 {
+        format!(" but for {percent} % of the surfaces in view")
+    } else {
+        " but from lights in view".into()
+    };
+    (share <= LIT).then(|| format!("{NO_LIGHT}{but}: {turned}"))
 }
 
 /// True if every pixel is 0.
@@ -115,8 +131,8 @@ fn unlit(scene: &Scene) -> Option<&'static str> {
 }
 
 /// Points spread over a part of the image, pixel centres if it is small.
-fn grid(part: PixelRect) -> impl Iterator<Item = [f32; 2]> {
-    let [columns, rows] = [part.width().min(RAYS), part.height().min(RAYS)];
+fn grid(part: PixelRect, rays: u32) -> impl Iterator<Item = [f32; 2]> {
+    let [columns, rows] = [part.width().min(rays), part.height().min(rays)];
     let at = |i: u32, n: u32, min: u32, size: u32| min as f32 + (i as f32 + 0.5) * (size as f32 / n as f32);
     (0..rows).flat_map(move |j| {
         (0..columns).map(move |i| [at(i, columns, part.min[0], part.width()), at(j, rows, part.min[1], part.height())])

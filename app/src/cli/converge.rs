@@ -21,6 +21,12 @@ pub(super) fn run(args: ConvergeArgs) -> Result<(), Failure> {
     let input = Input::load(picture.scene.as_deref())?;
     input.warn(how.quiet);
     let request = request(&picture, Request { scene: input.scene.clone(), settings: input.settings.clone() })?;
+    let strategies = strategies.into_iter().fold(Vec::new(), |mut all, strategy| {
+        if !all.contains(&strategy) {
+            all.push(strategy);
+        }
+        all
+    });
     let image = reference.as_deref().map(snapshot::load_image).transpose()?;
     let options = Options { strategies, at, replicates, by_square, reference: image, threads: how.nthreads };
     let found = {

@@ -52,7 +52,8 @@ impl Input {
 
     /// File to save a picture by `strategy` in, where the command line names none.
     pub(super) fn picture_name(&self, strategy: Strategy) -> String {
-        if self.foreign {
+        // A file that is named for one strategy must not show another.
+        if self.foreign || strategy != self.settings.estimator.strategy {
             return pbrt::name_with_strategy(&self.film_filename, strategy);
         }
         self.film_filename.clone()

@@ -44,12 +44,17 @@ impl FromStr for Destination {
 }
 
 impl Destination {
-    /// As [`check_place`], for a file.
+    /// As [`check_place`], for a file; refuses the names of scenes and pictures, which would be replaced.
     pub(super) fn check(&self) -> Result<(), Failure> {
-        match self {
-            Self::StandardOutput => Ok(()),
-            Self::File(path) => check_place(path),
+        const OTHERS: [&str; 4] = ["pbrt", "ply", "exr", "png"];
+        let Self::File(path) = self else { return Ok(()) };
+        if path.extension().is_some_and(|e| OTHERS.iter().any(|other| e.eq_ignore_ascii_case(other))) {
+            return Err(Failure::Usage(format!(
+                "{}: this is the name of a scene or picture, expected one for numbers, e.g. numbers.json or numbers.csv",
+                path.display()
+            )));
         }
+        check_place(path)
     }
 
     /// Writes `value` as indented JSON.
@@ -113,6 +118,12 @@ pub(super) fn check_place(path: &Path) -> Result<(), Failure> {
     }
     if path.is_dir() {
         return Err(Failure::Run(format!("{}: cannot save: this is a folder, expected a file", path.display())));
+    }
+    if path.metadata().is_ok_and(|there| !there.is_file()) {
+        return Err(Failure::Run(format!(
+            "{}: cannot save: this is a pipe or device, expected a file",
+            path.display()
+        )));
     }
     Ok(())
 }

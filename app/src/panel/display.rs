@@ -189,9 +189,9 @@ fn histogram_ui(ui: &mut Ui, key: Key<'_>, histogram: &Histogram) {
         share => format!("{:.1} % clipped", 100.0 * share),
     };
     painter.text(words.left_center(), egui::Align2::LEFT_CENTER, "dark", small.clone(), weak);
-    let middle = egui::pos2(at(white), words.center().y);
-    painter.text(middle, egui::Align2::RIGHT_CENTER, "white", small.clone(), weak);
-    painter.text(words.right_center(), egui::Align2::RIGHT_CENTER, &clipped, small, weak);
+    let right = painter.text(words.right_center(), egui::Align2::RIGHT_CENTER, &clipped, small.clone(), weak);
+    let middle = egui::pos2(at(white).min(right.left() - GRID), words.center().y);
+    painter.text(middle, egui::Align2::RIGHT_CENTER, "white", small, weak);
     let name = LayerLook::of(key.layer).name;
     response.widget_info(|| {
         let words = format!("Legend: {name}, {}, {clipped}", colour_note(view));

@@ -136,8 +136,8 @@ pub struct Curve {
     pub slope: Option<f64>,
     /// Its 95 % interval.
     pub slope_interval: Option<[f64; 2]>,
-    /// At some point one replicate carries more than half of the error of at least four: rare bright samples make the error, and
-    /// what has not been drawn yet is in no interval.
+    /// At some point one replicate carries more than half of the error (of three, two thirds): rare bright samples make the
+    /// error, and what has not been drawn yet is in no interval.
     pub heavy_tailed: bool,
     /// Why the error cannot fall to 0, if so: [`Estimator::bias`].
     pub bias: Option<&'static str>,
@@ -424,7 +424,8 @@ fn curve(options: &Options, settings: &[Settings], against: &Against, measured: 
 /// See [`Curve::heavy_tailed`].
 fn is_heavy_tailed(errors: &[Vec<f64>]) -> bool {
     let one_carries_it = |errors: &Vec<f64>| {
-        errors.len() >= 4 && errors.iter().copied().fold(0.0, f64::max) > errors.iter().sum::<f64>() / 2.0
+        let most = (2.0 / errors.len() as f64).max(0.5);
+        errors.iter().copied().fold(0.0, f64::max) > most * errors.iter().sum::<f64>()
     };
     errors.iter().any(one_carries_it)
 }

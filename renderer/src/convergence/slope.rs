@@ -13,13 +13,17 @@ pub struct Fit {
 
 /// Least squares over the logarithms of the mean errors. `errors` holds, for each of the ascending sample counts `at`, one value
 /// for each replicate; replicates must be independent of each other. A mean that is not positive has no logarithm
-/// and is left out. `None` with fewer than two points, or points without two replicates.
+/// and is left out. `None` with fewer than two points, points without two replicates, or where nothing but one error was ever
+/// found: no sample has hit a light.
 ///
 /// The interval is Student's, by the jackknife over replicates (Tukey 1958): it needs no model of the errors, whose
 /// logarithms are far from normal where bright samples are rare.
 pub fn fit(at: &[u32], errors: &[Vec<f64>]) -> Option<Fit> {
     let replicates = errors.iter().map(Vec::len).min()?;
     if replicates < 2 {
+        return None;
+    }
+    if errors.iter().flatten().all(|error| *error == errors[0][0]) {
         return None;
     }
     let sums: Vec<f64> = errors.iter().map(|errors| errors.iter().sum()).collect();
@@ -68,6 +72,7 @@ mod tests {
         assert!((found.slope + 1.0).abs() < 1e-12, "{found:?}");
         assert_eq!(fit(&[1, 2], &[vec![1.0, 1.0], vec![0.0, 0.0]]), None);
         assert_eq!(fit(&[1, 2], &[vec![1.0], vec![0.5]]), None, "of one replicate nothing is known");
+        assert_eq!(fit(&[1, 2], &[vec![0.5; 3], vec![0.5; 3]]), None, "all black");
         assert_eq!(fit(&[], &[]), None);
     }
 

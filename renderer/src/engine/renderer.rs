@@ -23,7 +23,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Starts `threads` workers (0: one per core). `wake` is called from a worker whenever a new
+    /// Starts `threads` workers (0: one per core), or as many as the system grants. `wake` is called from a worker whenever a new
     /// frame or state is there to be fetched.
     pub fn new(threads: usize, wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self::with_lanes(threads, Lanewise::best(), wake)
@@ -37,15 +37,12 @@ impl Renderer {
         };
         let machine = Machine { threads, simd: how.name() };
         let shared = Arc::new(Shared::new(Core::new(machine), how, wake));
-        let workers = (0..threads)
-            .map(|i| {
-                let shared = shared.clone();
-                std::thread::Builder::new()
-                    .name(format!("render-{i}"))
-                    .spawn(move || shared.run())
-                    .expect("the system can start a thread")
-            })
-            .collect();
+        let start = |i: usize| {
+            let shared = shared.clone();
+            std::thread::Builder::new().name(format!("render-{i}")).spawn(move || shared.run())
+        };
+        let first = start(0).expect("the system can start a thread");
+        let workers = std::iter::once(first).chain((1..threads).map_while(|i| start(i).ok())).collect();
         Self { shared, workers }
     }
 
