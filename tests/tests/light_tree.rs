@@ -230,7 +230,7 @@ fn lanes_do_not_know_of_each_other() {
     }
 }
 
-/// The two levels that fuse multiplications and additions agree to the bit.
+/// Levels that fuse multiplications and additions agree to the bit.
 #[test]
 fn levels_agree() {
     let list = no_list();
@@ -239,8 +239,7 @@ fn levels_agree() {
         let lights = heap(seed as usize % KINDS.len(), &mut random);
         let rays: Vec<Ray> = (0..500).map(|_| ray(&lights, &mut random)).collect();
         let lights = Lights::new(lights, Stop::NEVER).expect("nobody stops it");
-        let fused: Vec<_> =
-            Lanewise::all().into_iter().filter(|how| ["AVX-512", "AVX2"].contains(&how.name())).collect();
+        let fused: Vec<_> = Lanewise::all().into_iter().filter(|how| how.name() != "SSE4.2").collect();
         let answers: Vec<_> = fused.iter().map(|how| how.run(Ask(&lights, &rays, &list))).collect();
         assert!(answers.windows(2).all(|pair| pair[0] == pair[1]), "seed {seed}");
     }
