@@ -103,9 +103,10 @@ impl Lab {
 
     /// A live picture and a pane for each slot of the document: to be called after every change of it.
     pub fn match_slots(&mut self) {
-        let count = self.document.slots().len();
-        self.engine.set_count(count);
-        self.panes.set_count(count);
+        let Self { document, engine, panes, .. } = self;
+        let requests: Vec<_> = document.slots().iter().map(|slot| document.request(slot)).collect();
+        engine.match_requests(&requests);
+        panes.set_count(requests.len());
     }
 
     /// The live picture that controls are about.
@@ -121,7 +122,7 @@ impl Lab {
     /// Samples per pixel that a snapshot of the picture will have once it is complete; where it never is, that it has now.
     pub fn snapshot_spp(&self) -> u32 {
         let now = || self.live().current_frame().map_or(1, |frame| frame.spp());
-        self.document.sampling.spp.map_or_else(now, |target| target.get())
+        self.document.settings(self.document.active()).sampling.spp.map_or_else(now, |target| target.get())
     }
 
     /// The size of type: larger in the projector view.

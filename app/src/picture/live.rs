@@ -59,6 +59,18 @@ impl LivePicture {
         }
     }
 
+    /// Whether this is what it was asked for last.
+    pub fn is_about(&self, request: &Request) -> bool {
+        self.submitted.as_ref().is_some_and(|submitted| {
+            submitted.settings == request.settings && Arc::ptr_eq(&submitted.scene, &request.scene)
+        })
+    }
+
+    /// What the renderer knows it as; `None` once the workers have been stopped.
+    pub fn picture(&self) -> Option<&Picture> {
+        self.picture.as_ref()
+    }
+
     /// Starts again from the first sample.
     pub fn restart(&mut self) {
         if let Some(picture) = &self.picture {
