@@ -1552,7 +1552,7 @@ fn controls_are_about_the_active_picture() {
     lab.apply(Edit::SetStrategy(Strategy::MisAll));
     lab.click("Heuristic: Power");
     lab.click("Sampler: Sobol");
-    lab.click("Layer: Variance");
+    lab.apply(Edit::SetLayer(Layer::Variance));
     let slots = lab.document().slots().to_vec();
     assert_eq!(slots[1].estimator.heuristic, Heuristic::Power);
     assert_eq!(slots[1].sampler.kind, SamplerKind::Sobol);
@@ -1575,7 +1575,7 @@ fn controls_are_about_the_active_picture() {
     lab.type_number("Seed", 9.0);
     assert!(lab.document().slots().iter().all(|slot| lab.document().settings(slot).sampling.seed == 9));
     lab.settle_all();
-    lab.apply(Edit::ShareLayer);
+    lab.key(Modifiers::NONE, Key::L);
     assert!(lab.document().slots().iter().all(|slot| slot.layer == Layer::Picture));
 }
 
@@ -1712,6 +1712,21 @@ fn pictures_come_back_as_they_were_left() {
     lab.key(Modifiers::NONE, Key::Q);
     assert_eq!(lab.strategies(), Strategy::ALL);
     assert_eq!((lab.document().active_index(), lab.document().active().estimator.light_prob), (3, 0.7));
+}
+
+#[test]
+fn a_scene_that_is_read_again_keeps_the_layout() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Q);
+    lab.apply(Command::Activate(0));
+    lab.settle_all();
+    // The file's strategy goes to the picture that has it.
+    let text = small_scene().replace("[\"mis_all\"]", "[\"mis\"]").replace("[60]", "[40]");
+    std::fs::write(lab.file("small.pbrt"), text).expect("write");
+    lab.until("the new file", |lab| lab.document().image.resolution == [40, 40]);
+    assert_eq!((lab.strategies(), lab.document().active_index()), (Strategy::ALL.to_vec(), 3));
+    lab.settle_all();
+    assert_eq!(lab.picture_rects().len(), 4);
 }
 
 #[test]

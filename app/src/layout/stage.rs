@@ -22,6 +22,7 @@ const FRAME: f32 = 2.0;
 pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) -> Rect {
     let place = ui.available_rect_before_wrap();
     let cursor = lab.panes.cursor();
+    ui.painter().rect_filled(place, 0.0, ui.visuals().panel_fill);
     match lab.document.arrangement() {
         Arrangement::One => pane_ui(ui, lab, 0, [place, place], legend, out),
         arrangement @ (Arrangement::Beside | Arrangement::Four) => {

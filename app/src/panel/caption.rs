@@ -89,7 +89,7 @@ impl Caption {
     }
 
     /// In one line under one of several pictures: what is `equal` in all of them stands first, and as much of the rest as
-    /// there is room for.
+    /// there is room for. The layer comes before the rest.
     pub fn line_ui(&self, ui: &mut Ui, equal: Lockstep, layer: Layer) {
         let font = TextStyle::Body.resolve(ui.style());
         let medium = FontId::new(font.size, medium());
@@ -119,7 +119,7 @@ impl Caption {
         let kept: f32 = comes.iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         for (index, (text, template, hint)) in numbers.into_iter().enumerate() {
             // Rather nothing than half a number.
-            if ui.available_width() < width(ui, template, &font) + kept {
+            if index > 0 && ui.available_width() < width(ui, template, &font) + kept {
                 break;
             }
             let (font, ink) =

@@ -33,7 +33,7 @@ pub fn layout_menu(ui: &mut Ui, document: &Document, width: f32, out: &mut Vec<C
             }
             if document.slots().len() > 1 {
                 ui.separator();
-                if ui.selectable_label(false, "This layer in all pictures").clicked() {
+                if ui.selectable_label(false, "L   This layer in all pictures").clicked() {
                     out.push(Edit::ShareLayer.into());
                     ui.close();
                 }

@@ -53,6 +53,7 @@ pub fn bindings() -> Vec<Action> {
         layout("H", Key::H, Arrangement::Flip),
         layout("Q", Key::Q, Arrangement::Four),
         action("Layout", "Controls for the next picture", "X", PLAIN, Key::X, Command::ActivateNext),
+        action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
         action("Rendering", "Pause, go on", "Space", PLAIN, Key::Space, Command::TogglePause),
         action("Rendering", "One pass", "S", PLAIN, Key::S, Command::Step),
         action("Rendering", "Restart", "Backspace", PLAIN, Key::Backspace, Command::Restart),
@@ -120,7 +121,6 @@ pub fn actions() -> Vec<Action> {
     for equal in EQUAL {
         add("Layout", format!("Several pictures: equal {}", equal_name(equal)), Edit::SetEqual(equal).into());
     }
-    add("Layout", "This layer in all pictures".into(), Edit::ShareLayer.into());
     for layer in Layer::ALL {
         add("View", format!("Layer: {}", LayerLook::of(layer).name), Edit::SetLayer(layer).into());
     }
