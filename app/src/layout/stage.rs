@@ -26,7 +26,7 @@ pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<C
     match lab.document.arrangement() {
         Arrangement::One => pane_ui(ui, lab, 0, [place, place], legend, out),
         arrangement @ (Arrangement::Beside | Arrangement::Four) => {
-            grid_ui(ui, lab, place, arrangement.grid(), legend, out)
+            grid_ui(ui, lab, place, arrangement.grid(), legend, out);
         }
         Arrangement::Wipe => wipe_ui(ui, lab, place, legend, out),
         Arrangement::Flip => flip_ui(ui, lab, place, legend, out),

@@ -156,7 +156,11 @@ fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
             accent: None,
             zero_text: "",
             explain: &|ui| {
-                lines(ui, "Exposure in stops: the picture times 2^EV. The numbers of the file stay what they are.", &[])
+                lines(
+                    ui,
+                    "Exposure in stops: the picture times 2^EV. The numbers of the file stay what they are.",
+                    &[],
+                );
             },
         };
         if let Some(ev) = exposure.show(ui).changed {
