@@ -1715,6 +1715,37 @@ fn pictures_come_back_as_they_were_left() {
 }
 
 #[test]
+fn a_picture_kept_stays_as_it_is_beside_the_live_one() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.settle();
+    let kept = lab.app().live().current_frame().expect("a frame");
+    lab.key(Modifiers::NONE, Key::K);
+    lab.settle_all();
+    assert_eq!(
+        (lab.strategies(), lab.document().active_index()),
+        (vec![Strategy::Mis; 2], 0),
+        "the live one is active"
+    );
+    // Whatever becomes of the live one.
+    lab.slide("c", 0.1);
+    lab.type_number("Seed", 5.0);
+    lab.settle_all();
+    let shown = lab.app().pictures()[1].current_frame().expect("the kept frame");
+    assert!(std::sync::Arc::ptr_eq(&shown, &kept));
+    assert!(lab.has("Picture 2: MIS, one, 4 spp, 4 rays, balance, c 0.50, kept"), "its caption is of it");
+    // It comes to life where a control changes it.
+    lab.key(Modifiers::NONE, Key::X);
+    lab.key(Modifiers::NONE, Key::Num1);
+    lab.settle_all();
+    let seed = lab.app().live().current_frame().map(|frame| frame.request().settings.sampling.seed);
+    assert_eq!((lab.strategies(), seed), (vec![Strategy::Mis, Strategy::Light], Some(5)));
+    lab.key(Modifiers::COMMAND, Key::Z);
+    let shown = lab.app().pictures()[1].current_frame().expect("the kept frame");
+    assert!(std::sync::Arc::ptr_eq(&shown, &kept), "undo brings it back");
+}
+
+#[test]
 fn a_scene_that_is_read_again_keeps_the_layout() {
     let mut lab = Lab::new();
     lab.key(Modifiers::NONE, Key::Q);

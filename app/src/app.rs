@@ -151,6 +151,7 @@ impl MisLabApp {
             }
             Command::Activate(index) => document.activate(index),
             Command::ActivateNext => document.activate((document.active_index() + 1) % document.slots().len()),
+            Command::Keep => self.keep(),
             Command::Normalise => self.normalise(),
             Command::Fit => document.view.placement.fit(),
             Command::FitThings => {
@@ -249,6 +250,21 @@ impl MisLabApp {
         let planes = Planes::from_frame(&frame, self.lab.document.active().layer);
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
             self.lab.history.end_gesture();
+        }
+    }
+
+    /// Keeps the frame of the active picture and goes on beside it.
+    fn keep(&mut self) {
+        match self.lab.live().current_frame() {
+            Some(frame) => {
+                let kept = self.lab.shelf.put(frame);
+                self.change(EditKey("keeping of a picture", 0), |document| document.keep(kept));
+                self.lab.history.end_gesture();
+            }
+            None => self
+                .lab
+                .messages
+                .complain("Nothing to keep yet: the first picture with these settings is not complete."),
         }
     }
 

@@ -159,7 +159,10 @@ fn caption_height(ui: &Ui) -> f32 {
 fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, out: &mut Vec<Command>) {
     let live = &lab.engine.pictures()[slot];
     let frame = live.frame();
-    let caption = frame.as_ref().map(|frame| Caption::new(frame, live.is_behind()));
+    let caption = frame.as_ref().map(|frame| match live.kept() {
+        Some(kept) => Caption::of_kept(kept),
+        None => Caption::new(frame, live.is_behind()),
+    });
     let active = slot == lab.document.active_index();
     let response = ui.interact(place, ui.scope_id().with(("caption", slot)), Sense::click());
     let spoken = caption.as_ref().map_or_else(|| "waiting".to_owned(), Caption::spoken_line);

@@ -25,6 +25,8 @@ pub struct Caption {
     bias: Option<&'static str>,
     /// It is of older settings.
     behind: bool,
+    /// It was kept: nothing in it is equal to that of others.
+    kept: bool,
 }
 
 /// The widest that stands in each place.
@@ -56,7 +58,13 @@ impl Caption {
             scene: frame.request().scene.name.clone(),
             bias: settings.estimator.bias(),
             behind,
+            kept: false,
         }
+    }
+
+    /// Of a frame that was kept.
+    pub fn of_kept(frame: &Frame) -> Self {
+        Self { kept: true, ..Self::new(frame, false) }
     }
 
     fn spoken(&self) -> String {
@@ -98,7 +106,9 @@ impl Caption {
         let name = strategy_name(self.strategy);
         let widest = strategy_name(Strategy::MisAll);
         cell(ui, name, widest, medium.clone(), Some(inks.strategy(self.strategy)), Align2::LEFT_CENTER);
-        let alike = |this: Lockstep, text: &str| if this == equal { format!("= {text}") } else { text.to_owned() };
+        let alike = |this: Lockstep, text: &str| {
+            if this == equal && !self.kept { format!("= {text}") } else { text.to_owned() }
+        };
         let spp = (alike(Lockstep::Spp, &self.spp), "= 888 spp", "Samples per pixel.");
         let rays = (
             alike(Lockstep::Rays, &self.rays),
@@ -114,7 +124,8 @@ impl Caption {
             Lockstep::CpuSeconds => [time, spp, rays, how],
         };
         let layer = (layer != Layer::Picture).then(|| LayerLook::of(layer).name);
-        let comes = [self.bias.map(|_| "biased"), layer, self.behind.then_some("\u{2026}")];
+        let behind = if self.kept { Some("kept") } else { self.behind.then_some("\u{2026}") };
+        let comes = [self.bias.map(|_| "biased"), layer, behind];
         let gap = ui.spacing().item_spacing.x;
         let kept: f32 = comes.iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         for (index, (text, template, hint)) in numbers.into_iter().enumerate() {
@@ -137,7 +148,8 @@ impl Caption {
 
     /// What [`Self::line_ui`] says, for screen readers.
     pub fn spoken_line(&self) -> String {
-        let parts = [strategy_name(self.strategy), &self.spp, &self.rays, &self.how];
+        let kept = if self.kept { "kept" } else { "" };
+        let parts = [strategy_name(self.strategy), &self.spp, &self.rays, &self.how, kept];
         parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 

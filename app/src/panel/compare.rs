@@ -31,8 +31,12 @@ pub fn layout_menu(ui: &mut Ui, document: &Document, width: f32, out: &mut Vec<C
                     ui.close();
                 }
             }
+            ui.separator();
+            if ui.selectable_label(false, "K   Keep this picture beside").clicked() {
+                out.push(Command::Keep);
+                ui.close();
+            }
             if document.slots().len() > 1 {
-                ui.separator();
                 if ui.selectable_label(false, "L   This layer in all pictures").clicked() {
                     out.push(Edit::ShareLayer.into());
                     ui.close();

@@ -1,9 +1,10 @@
 //! The workers, and the live pictures that they work on.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use eframe::egui;
-use mislab_renderer::{Abreast, Lockstep, Pace, Renderer, Request, State};
+use mislab_renderer::{Abreast, Frame, Lockstep, Pace, Renderer, Request, State};
 
 use super::live::LivePicture;
 
@@ -27,18 +28,31 @@ impl Engine {
     }
 
     /// As many pictures as requests. Where their number changes, those that work on one of the requests go on with it;
-    /// those that nobody asks for any more go, and with them their memory.
-    pub fn match_requests(&mut self, requests: &[Request]) {
+    /// those that nobody asks for any more go, and with them their memory. `None` asks for nothing.
+    pub fn match_requests(&mut self, requests: &[Option<Request>]) {
         let Some(renderer) = self.renderer.as_ref().filter(|_| self.pictures.len() != requests.len()) else { return };
         self.abreast = None;
         let mut old: Vec<LivePicture> = std::mem::take(&mut self.pictures);
         let found: Vec<Option<LivePicture>> = requests
             .iter()
-            .map(|request| old.iter().position(|live| live.is_about(request)).map(|index| old.remove(index)))
+            .map(|request| {
+                let request = request.as_ref()?;
+                old.iter().position(|live| live.is_about(request)).map(|index| old.remove(index))
+            })
             .collect();
         let mut spare = old.into_iter();
         let mut new = || spare.next().unwrap_or_else(|| LivePicture::new(renderer.add_picture()));
         self.pictures = found.into_iter().map(|live| live.unwrap_or_else(&mut new)).collect();
+    }
+
+    /// Shows a frame that was kept as the picture of that index, or what is rendered again.
+    pub fn show_kept(&mut self, index: usize, kept: Option<&Arc<Frame>>) {
+        let (Some(renderer), Some(live)) = (&self.renderer, self.pictures.get_mut(index)) else { return };
+        if live.kept().map(Arc::as_ptr) != kept.map(Arc::as_ptr) {
+            // A new one: what the old one was working on is not wanted any more.
+            *live = LivePicture::of_kept(renderer.add_picture(), kept.cloned());
+            self.abreast = None;
+        }
     }
 
     /// Keeps several pictures abreast by that; `None` lets them run freely.

@@ -114,7 +114,12 @@ impl Pane {
         };
         if let Some(geometry) = self.geometry {
             let place = Place { document, geometry, pixel: self.own_pixel };
-            self.interaction.ui(ui, &place, on.pointed_at.or(on.hovered), out);
+            if on.live.kept().is_none() {
+                self.interaction.ui(ui, &place, on.pointed_at.or(on.hovered), out);
+            } else {
+                // The scene may be another one by now.
+                self.interaction = Interaction::default();
+            }
             if let Some(at) = self.pixel.filter(|_| self.own_pixel.is_none()) {
                 cursor(ui, rect, geometry.to_screen(at.map(|i| i as f32 + 0.5)));
             }

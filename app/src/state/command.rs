@@ -17,6 +17,8 @@ pub enum Command {
     Activate(usize),
     /// The same with the next picture.
     ActivateNext,
+    /// Keeps the frame on screen, to compare what comes with it.
+    Keep,
 
     /// Sets the exposure from the picture, once, in plain sight.
     Normalise,

@@ -56,7 +56,13 @@ pub struct Slot {
     pub sampler: SamplerSettings,
     /// Which image of the frame is shown.
     pub layer: Layer,
+    /// It is not rendered: a frame that was kept is shown.
+    pub kept: Option<KeptFrame>,
 }
+
+/// The number of a frame that was kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeptFrame(pub u64);
 
 /// Everything a control sets. Pictures differ in their [`Slot`]s and share the rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,7 +101,7 @@ impl Document {
             seed: sampling.seed,
             image,
             view: opened.view.clone(),
-            slots: vec![Slot { estimator, sampler: sampling.sampler, layer: opened.layer }],
+            slots: vec![Slot { estimator, sampler: sampling.sampler, layer: opened.layer, kept: None }],
             active: 0,
             arrangement: Arrangement::One,
             // `mis_all` pays for two rays a sample: at equal samples it would be flattered.
@@ -182,7 +188,7 @@ impl Document {
         let own = *self.active();
         let with = |strategy| {
             let shown = self.slots.iter().find(|slot| slot.estimator.strategy == strategy);
-            shown.copied().unwrap_or(Slot { estimator: Estimator { strategy, ..own.estimator }, ..own })
+            shown.copied().unwrap_or(Slot { estimator: Estimator { strategy, ..own.estimator }, kept: None, ..own })
         };
         match arrangement {
             Arrangement::One => vec![own],
@@ -227,6 +233,16 @@ impl Document {
         }
     }
 
+    /// Shows a kept frame of the active picture beside it.
+    pub fn keep(&mut self, kept: KeptFrame) {
+        if self.arrangement.count() != 2 {
+            self.arrange(Arrangement::Beside);
+        }
+        let own = Slot { kept: None, ..*self.active() };
+        *self.active_mut() = own;
+        self.slots[1 - self.active] = Slot { kept: Some(kept), ..own };
+    }
+
     /// The samples of the active picture as it would be alone.
     pub fn sampling(&self) -> Sampling {
         Sampling { sampler: self.active().sampler, spp: self.spp, seed: self.seed }
@@ -235,7 +251,7 @@ impl Document {
     /// Everything but the scene that decides the bits of a picture. At equal rays several pictures end with as many
     /// rays as one ray a sample gives: `mis_all` after half the samples.
     pub fn settings(&self, slot: &Slot) -> Settings {
-        let Slot { estimator, mut sampler, layer: _ } = *slot;
+        let Slot { estimator, mut sampler, layer: _, kept: _ } = *slot;
         let mut spp = self.spp;
         let rays = estimator.strategy.rays_per_sample();
         if self.slots.len() > 1 && self.equal == Lockstep::Rays && rays > 1 {

@@ -127,6 +127,16 @@ impl Edit {
 
     /// Carries it out. What is out of range or meant for something else changes nothing.
     pub fn apply(&self, document: &mut Document) {
+        let before = *document.active();
+        self.change(document);
+        let slot = document.active_mut();
+        if before.kept.is_some() && (slot.estimator, slot.sampler) != (before.estimator, before.sampler) {
+            // A frame that was kept cannot be changed: the picture is rendered again.
+            slot.kept = None;
+        }
+    }
+
+    fn change(&self, document: &mut Document) {
         match *self {
             Self::SetStrategy(strategy) => document.active_mut().estimator.strategy = strategy,
             Self::SetLightProb(c) => document.active_mut().estimator.light_prob = c.clamp(0.0, 1.0),
