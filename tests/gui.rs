@@ -9,9 +9,11 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use mislab::look::zoom::ZoomStep;
 use mislab::picture::live::LivePicture;
 use mislab::picture::pane::Pane;
+use mislab::state::arrangement::Arrangement;
 use mislab::state::command::Command;
 use mislab::state::document::{Document, Slot};
 use mislab::state::edit::{Edit, SppTarget};
+use mislab::state::keys::bindings;
 use mislab::state::placement::Placement;
 use mislab::state::prefs::{Prefs, WindowPrefs};
 use mislab::state::view::ToneMap;
@@ -1758,6 +1760,26 @@ fn a_scene_that_is_read_again_keeps_the_layout() {
     assert_eq!((lab.strategies(), lab.document().active_index()), (Strategy::ALL.to_vec(), 3));
     lab.settle_all();
     assert_eq!(lab.picture_rects().len(), 4);
+}
+
+#[test]
+fn the_layout_menu_offers_what_the_keys_do() {
+    let mut lab = Lab::new();
+    for arrangement in Arrangement::ALL.into_iter().rev() {
+        lab.click("Layout");
+        lab.click(&format!("Layout: {}", arrangement.name()));
+        assert_eq!(lab.document().arrangement(), arrangement);
+        assert_eq!(lab.document().slots().len(), arrangement.count());
+    }
+}
+
+#[test]
+fn every_key_is_on_the_sheet() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::NONE, Key::Questionmark);
+    for action in bindings() {
+        assert!(lab.has(&action.name), "{} ({})", action.name, action.keys);
+    }
 }
 
 #[test]

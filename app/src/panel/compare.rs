@@ -1,6 +1,6 @@
 //! Several pictures: how they lie in the window, and what they have alike.
 
-use eframe::egui::{ComboBox, Ui};
+use eframe::egui::{Button, ComboBox, Ui};
 use mislab_renderer::Lockstep;
 
 use crate::look::names::equal_name;
@@ -25,22 +25,22 @@ pub fn layout_menu(ui: &mut Ui, document: &Document, width: f32, out: &mut Vec<C
                 let command = Command::from(Edit::Arrange(arrangement));
                 let key = keys.iter().find(|action| action.command == command).map_or("", |action| action.keys);
                 let on = arrangement == document.arrangement();
-                let row = ui.selectable_label(on, format!("{key}   {}", arrangement.name()));
+                let row = ui.add(Button::selectable(on, arrangement.name()).shortcut_text(key));
                 if row.accessible_name(format!("Layout: {}", arrangement.name())).clicked() {
                     out.push(command);
                     ui.close();
                 }
             }
             ui.separator();
-            if ui.selectable_label(false, "K   Keep this picture beside").clicked() {
+            if ui.add(Button::selectable(false, "Keep, go on beside it").shortcut_text("K")).clicked() {
                 out.push(Command::Keep);
                 ui.close();
             }
-            if document.slots().len() > 1 {
-                if ui.selectable_label(false, "L   This layer in all pictures").clicked() {
-                    out.push(Edit::ShareLayer.into());
-                    ui.close();
-                }
+            if document.slots().len() > 1
+                && ui.add(Button::selectable(false, "This layer in all").shortcut_text("L")).clicked()
+            {
+                out.push(Edit::ShareLayer.into());
+                ui.close();
             }
         })
         .response;

@@ -10,7 +10,7 @@ use crate::state::keys::bindings;
 pub fn help_ui(ctx: &egui::Context) -> bool {
     let bindings = bindings();
     let columns =
-        [["Strategy", "Layout", "Rendering", "Edit"].as_slice(), ["View"].as_slice(), ["File", "Window"].as_slice()];
+        [["Strategy", "Layout"].as_slice(), ["View", "Rendering"].as_slice(), ["File", "Window", "Edit"].as_slice()];
     let modal = Modal::new(Id::unique("keys")).show(ctx, |ui| {
         sheet_type(ui);
         ui.heading("Keys");

@@ -53,7 +53,7 @@ pub fn bindings() -> Vec<Action> {
         layout("H", Key::H, Arrangement::Flip),
         layout("Q", Key::Q, Arrangement::Four),
         action("Layout", "Controls for the next picture", "X", PLAIN, Key::X, Command::ActivateNext),
-        action("Layout", "Keep the picture as it is, and go on beside it", "K", PLAIN, Key::K, Command::Keep),
+        action("Layout", "Keep the picture, go on beside it", "K", PLAIN, Key::K, Command::Keep),
         action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
         action("Rendering", "Pause, go on", "Space", PLAIN, Key::Space, Command::TogglePause),
         action("Rendering", "One pass", "S", PLAIN, Key::S, Command::Step),
