@@ -7,9 +7,13 @@ use std::time::{Duration, Instant};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use mislab::look::zoom::ZoomStep;
+use mislab::picture::live::LivePicture;
+use mislab::picture::pane::Pane;
+use mislab::state::arrangement::Arrangement;
 use mislab::state::command::Command;
-use mislab::state::document::Document;
+use mislab::state::document::{Document, Slot};
 use mislab::state::edit::{Edit, SppTarget};
+use mislab::state::keys::bindings;
 use mislab::state::placement::Placement;
 use mislab::state::prefs::{Prefs, WindowPrefs};
 use mislab::state::view::ToneMap;
@@ -114,7 +118,8 @@ impl Lab {
     #[track_caller]
     fn settle(&mut self) {
         self.until("the finished picture", |lab| {
-            let target = lab.document().sampling.spp.map_or(1, |n| n.get());
+            let document = lab.document();
+            let target = document.settings(document.active()).sampling.spp.map_or(1, |n| n.get());
             lab.app().live().current_frame().is_some_and(|f| f.spp() >= target)
         });
         self.harness.step();
@@ -248,13 +253,13 @@ fn weights_and_sampler() {
     lab.click("One-sample weights: Tutorial");
     assert_eq!(lab.document().active().estimator.weights, OneSampleWeights::Tutorial);
     lab.click("Sampler: Sobol");
-    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Sobol);
+    assert_eq!(lab.document().sampling().sampler.kind, SamplerKind::Sobol);
     lab.click("Sampler: Random");
-    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Independent);
+    assert_eq!(lab.document().sampling().sampler.kind, SamplerKind::Independent);
     lab.click("Sampler: Stratified");
-    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Stratified);
+    assert_eq!(lab.document().sampling().sampler.kind, SamplerKind::Stratified);
     lab.click("jitter");
-    assert!(!lab.document().sampling.sampler.jitter);
+    assert!(!lab.document().sampling().sampler.jitter);
 }
 
 #[test]
@@ -262,23 +267,23 @@ fn the_target_and_the_seed() {
     let mut lab = Lab::new();
     lab.click("Samples per pixel");
     lab.click("36  =  6 \u{d7} 6");
-    assert_eq!(lab.document().sampling.spp.map(|n| n.get()), Some(36));
-    assert_eq!(lab.document().sampling.sampler.strata, [6, 6], "all strata are used");
+    assert_eq!(lab.document().sampling().spp.map(|n| n.get()), Some(36));
+    assert_eq!(lab.document().sampling().sampler.strata, [6, 6], "all strata are used");
     lab.settle();
     assert!(lab.has("36 / 36 spp"));
     lab.click("Samples per pixel");
     lab.click("endless");
-    assert_eq!(lab.document().sampling.spp, None);
+    assert_eq!(lab.document().sampling().spp, None);
     lab.until("more than the old target", |lab| lab.app().live().current_frame().is_some_and(|f| f.spp() > 40));
 
     lab.apply(Edit::SetSpp(SppTarget::passes(2)));
     lab.settle();
     let before = lab.app().live().generation();
     lab.type_number("Seed", 7.0);
-    assert_eq!(lab.document().sampling.seed, 7);
+    assert_eq!(lab.document().sampling().seed, 7);
     assert!(lab.app().live().generation() > before, "another seed is another picture");
     lab.click("next");
-    assert_eq!(lab.document().sampling.seed, 8);
+    assert_eq!(lab.document().sampling().seed, 8);
 }
 
 #[test]
@@ -476,7 +481,7 @@ fn snapshots_restore_everything() {
     lab.apply(Command::OpenPath(lab.file("small_mis_4spp.exr")));
     lab.until("the snapshot", |lab| lab.document().opened.path == Some(lab.file("small_mis_4spp.exr")));
     assert_eq!(lab.document().slots(), saved.slots());
-    assert_eq!((lab.document().sampling, lab.document().image), (saved.sampling, saved.image));
+    assert_eq!((lab.document().sampling(), lab.document().image), (saved.sampling(), saved.image));
     assert_eq!(lab.document().scene, saved.scene);
     assert_eq!(lab.document().active().layer, Layer::ShareLight);
     assert_eq!(lab.document().view.exposure_ev, 1.5);
@@ -962,7 +967,7 @@ fn the_palette_finds_commands() {
     lab.harness.step();
     lab.harness.key_press(Key::Enter);
     lab.harness.run_steps(2);
-    assert_eq!(lab.document().sampling.sampler.kind, SamplerKind::Sobol);
+    assert_eq!(lab.document().sampling().sampler.kind, SamplerKind::Sobol);
     assert!(lab.harness.query_by_label("Command").is_none(), "done is gone");
 }
 
@@ -1217,9 +1222,9 @@ fn a_decimal_comma_is_one_and_nonsense_is_said() {
     lab.write_into("Exposure value", "bright", Key::Enter);
     assert_eq!(lab.document().view.exposure_ev, -0.5);
     assert!(lab.has("\u{201c}bright\u{201d} is not a number"));
-    let seed = lab.document().sampling.seed;
+    let seed = lab.document().sampling().seed;
     lab.write_into("Seed", "7,5", Key::Enter);
-    assert_eq!(lab.document().sampling.seed, seed, "a seed is whole");
+    assert_eq!(lab.document().sampling().seed, seed, "a seed is whole");
     assert!(lab.has("\u{201c}7,5\u{201d} is not a number"));
 }
 
@@ -1476,4 +1481,320 @@ fn the_table_is_filled_in_and_can_be_stopped() {
     assert!(lab.has("\u{d7}  "), "there are crosses");
     lab.click(".csv");
     lab.until("the file", |lab| lab.file("veach_table.csv").exists());
+}
+
+impl Lab {
+    /// Until the pictures of all slots are on screen and complete.
+    #[track_caller]
+    fn settle_all(&mut self) {
+        self.until("all pictures", |lab| {
+            let document = lab.document();
+            let done = |(slot, live): (&Slot, &LivePicture)| {
+                let target = document.settings(slot).sampling.spp.map_or(1, |n| n.get());
+                live.current_frame().is_some_and(|f| f.spp() >= target)
+            };
+            document.slots().len() == lab.app().pictures().len()
+                && document.slots().iter().zip(lab.app().pictures()).all(done)
+        });
+        self.harness.step();
+    }
+
+    fn click_at(&mut self, at: egui::Pos2) {
+        // Not the second of two clicks.
+        self.harness.run_steps(60);
+        for pressed in [true, false] {
+            let (button, modifiers) = (egui::PointerButton::Primary, Modifiers::NONE);
+            self.harness.event(egui::Event::PointerMoved(at));
+            self.harness.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers });
+            self.harness.step();
+        }
+        self.harness.step();
+    }
+
+    fn strategies(&self) -> Vec<Strategy> {
+        self.document().slots().iter().map(|slot| slot.estimator.strategy).collect()
+    }
+
+    /// Where the pictures are, in their order.
+    fn picture_rects(&self) -> Vec<egui::Rect> {
+        let mut all: Vec<_> = self.harness.query_all_by_label("Picture").map(|node| node.rect()).collect();
+        all.sort_by(|a, b| (a.top(), a.left()).partial_cmp(&(b.top(), b.left())).expect("finite"));
+        all
+    }
+}
+
+#[test]
+fn four_pictures_are_the_four_strategies_and_escape_leaves_the_active_one() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.slide("c", 0.25);
+    lab.key(Modifiers::NONE, Key::Q);
+    assert_eq!(lab.strategies(), Strategy::ALL);
+    assert_eq!(lab.document().active_index(), 3, "the picture that was there stays the active one");
+    assert!(lab.document().slots().iter().all(|slot| slot.estimator.light_prob == 0.25), "only the idea changes");
+    lab.settle_all();
+    assert_eq!(lab.picture_rects().len(), 4);
+    for (index, name) in ["Light", "BSDF", "MIS, both", "MIS, one"].into_iter().enumerate() {
+        assert!(lab.has(&format!("Picture {}: {name}", index + 1)), "{name} has its caption");
+    }
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert_eq!((lab.strategies(), lab.app().pictures().len()), (vec![Strategy::Mis], 1), "hidden pictures are gone");
+    assert_eq!(lab.picture_rects().len(), 1);
+    lab.key(Modifiers::COMMAND, Key::Z);
+    assert_eq!((lab.strategies(), lab.document().active_index()), (Strategy::ALL.to_vec(), 3), "undo brings them back");
+}
+
+#[test]
+fn controls_are_about_the_active_picture() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Q);
+    lab.settle_all();
+    // By the mouse, by the caption, by the key.
+    let second = lab.picture_rects()[1].center();
+    lab.click_at(second);
+    assert_eq!(lab.document().active_index(), 1);
+    let before: Vec<u64> = lab.app().pictures().iter().map(LivePicture::generation).collect();
+    lab.apply(Edit::SetStrategy(Strategy::MisAll));
+    lab.click("Heuristic: Power");
+    lab.click("Sampler: Sobol");
+    lab.apply(Edit::SetLayer(Layer::Variance));
+    let slots = lab.document().slots().to_vec();
+    assert_eq!(slots[1].estimator.heuristic, Heuristic::Power);
+    assert_eq!(slots[1].sampler.kind, SamplerKind::Sobol);
+    assert_eq!(slots[1].layer, Layer::Variance);
+    for other in [0, 2, 3] {
+        assert_eq!(slots[other].estimator.heuristic, Heuristic::Balance);
+        assert_eq!(slots[other].sampler.kind, SamplerKind::Stratified);
+        assert_eq!(slots[other].layer, Layer::Picture);
+        assert_eq!(lab.app().pictures()[other].generation(), before[other], "it is not rendered again");
+    }
+    lab.harness.get_by_label_contains("Picture 3: MIS, both").click_accesskit();
+    lab.harness.step();
+    lab.harness.step();
+    assert_eq!(lab.document().active_index(), 2);
+    lab.key(Modifiers::NONE, Key::X);
+    assert_eq!(lab.document().active_index(), 3);
+    lab.key(Modifiers::NONE, Key::X);
+    assert_eq!(lab.document().active_index(), 0, "the first comes after the last");
+    // What is shared is everybody's.
+    lab.type_number("Seed", 9.0);
+    assert!(lab.document().slots().iter().all(|slot| lab.document().settings(slot).sampling.seed == 9));
+    lab.settle_all();
+    lab.key(Modifiers::NONE, Key::L);
+    assert!(lab.document().slots().iter().all(|slot| slot.layer == Layer::Picture));
+}
+
+#[test]
+fn a_pixel_read_in_one_picture_is_read_in_all_and_zoom_is_shared() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Q);
+    lab.settle_all();
+    let rects = lab.picture_rects();
+    let at = rects[0].min + 0.4 * rects[0].size();
+    lab.harness.hover_at(at);
+    lab.harness.run_steps(4);
+    let pixels: Vec<_> = lab.app().panes().iter().map(Pane::pixel).collect();
+    assert!(pixels[0].is_some() && pixels.iter().all(|pixel| *pixel == pixels[0]), "{pixels:?}");
+    assert_eq!(lab.harness.query_all_by_label_contains("Pixel: x ").count(), 4);
+    lab.harness.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: egui::vec2(0.0, 120.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: Modifiers::NONE,
+    });
+    lab.harness.run_steps(30);
+    let scales: Vec<_> = lab.app().panes().iter().filter_map(|pane| Some(pane.geometry()?.scale)).collect();
+    assert!(matches!(lab.document().view.placement, Placement::Free { .. }), "the wheel zooms");
+    assert!(scales.len() == 4 && scales.iter().all(|scale| *scale == scales[0]), "{scales:?}");
+    lab.harness.remove_cursor();
+    lab.harness.run_steps(4);
+    assert!(lab.app().panes().iter().all(|pane| pane.pixel().is_none()), "no mouse, no cursor");
+}
+
+#[test]
+fn several_pictures_have_equal_rays_unless_told_otherwise() {
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetSpp(SppTarget::passes(16)));
+    lab.key(Modifiers::NONE, Key::Q);
+    lab.settle_all();
+    let spp = |lab: &Lab| -> Vec<u32> {
+        lab.app().pictures().iter().map(|live| live.current_frame().map_or(0, |frame| frame.spp())).collect()
+    };
+    assert_eq!(spp(&lab), [16, 16, 8, 16], "two rays a sample, half the samples");
+    assert!(lab.has("Picture 3: MIS, both, 8 spp, 16 rays"));
+    assert_eq!(
+        lab.document().settings(&lab.document().slots()[2]).sampling.sampler.strata,
+        [2, 4],
+        "all strata are used"
+    );
+    lab.click("Equal: samples");
+    lab.settle_all();
+    assert_eq!(spp(&lab), [16, 16, 16, 16]);
+    assert!(lab.has("Picture 3: MIS, both, 16 spp, 32 rays"));
+    lab.click("Equal: seconds");
+    lab.apply(Command::Restart);
+    // The first that is finished ends it for all.
+    lab.until("pictures of equal seconds", |lab| {
+        let hold = |live: &LivePicture| {
+            live.status().is_some_and(|status| matches!(status.state, State::Finished | State::Paused))
+        };
+        lab.app().pictures().iter().all(hold)
+    });
+    let seconds: Vec<f64> =
+        lab.app().pictures().iter().filter_map(|live| Some(live.current_frame()?.stats().cpu_seconds)).collect();
+    let most = seconds.iter().copied().fold(0.0, f64::max);
+    assert!(seconds.len() == 4 && seconds.iter().all(|s| *s > 0.4 * most), "{seconds:?}");
+    lab.key(Modifiers::NONE, Key::A);
+    lab.settle();
+    assert_eq!(lab.app().live().current_frame().map(|frame| frame.spp()), Some(16), "alone it has all its samples");
+}
+
+#[test]
+fn two_pictures_lie_side_by_side_on_both_sides_of_a_divider_or_under_each_other() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num3);
+    lab.key(Modifiers::NONE, Key::B);
+    assert_eq!(lab.strategies(), [Strategy::MisAll, Strategy::Mis], "what one asks about first");
+    lab.settle_all();
+    let rects = lab.picture_rects();
+    assert!(rects[0].right() <= rects[1].left() && rects[0].width() == rects[1].width());
+
+    lab.key(Modifiers::NONE, Key::W);
+    lab.settle_all();
+    let divider = lab.rect("Divider between the pictures").center();
+    for (index, aside) in [(1, 60.0), (0, -60.0)] {
+        lab.click_at(divider + egui::vec2(aside, 0.0));
+        assert_eq!(lab.document().active_index(), index, "each picture is on its side");
+    }
+    let to = divider + egui::vec2(100.0, 0.0);
+    let modifiers = Modifiers::NONE;
+    let press =
+        |pos, pressed| egui::Event::PointerButton { pos, button: egui::PointerButton::Primary, pressed, modifiers };
+    for event in
+        [egui::Event::PointerMoved(divider), press(divider, true), egui::Event::PointerMoved(to), press(to, false)]
+    {
+        lab.harness.event(event);
+        lab.harness.step();
+    }
+    lab.harness.step();
+    assert!((lab.rect("Divider between the pictures").center().x - to.x).abs() < 2.0, "it follows the mouse");
+    assert_eq!(lab.document().view.placement, Placement::Fit, "the picture does not");
+    let places: Vec<_> = lab.app().panes().iter().filter_map(|pane| Some(pane.geometry()?.picture_rect())).collect();
+    assert_eq!(places[0], places[1], "both pictures lie in the same place");
+
+    lab.key(Modifiers::NONE, Key::H);
+    lab.settle_all();
+    let shown = |lab: &Lab| lab.app().panes().iter().position(|pane| pane.geometry().is_some());
+    assert_eq!((lab.picture_rects().len(), shown(&lab)), (1, Some(0)));
+    lab.harness.event(egui::Event::ModifiersChanged(Modifiers::SHIFT));
+    lab.harness.step();
+    assert_eq!((lab.picture_rects().len(), shown(&lab)), (1, Some(1)), "Shift shows the other one");
+    lab.harness.event(egui::Event::ModifiersChanged(Modifiers::NONE));
+    lab.harness.step();
+    assert_eq!(shown(&lab), Some(0));
+    assert_eq!(lab.document().active_index(), 0, "looking changes nothing");
+}
+
+#[test]
+fn pictures_come_back_as_they_were_left() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Q);
+    lab.apply(Command::Activate(3));
+    lab.slide("c", 0.1);
+    lab.apply(Command::Activate(1));
+    let left = lab.document().slots().to_vec();
+    lab.settle_all();
+    let generation = lab.app().live().generation();
+    lab.key(Modifiers::NONE, Key::A);
+    assert_eq!(lab.app().live().generation(), generation, "the picture that stays is not rendered again");
+    lab.key(Modifiers::NONE, Key::Q);
+    assert_eq!((lab.document().slots(), lab.document().active_index()), (left.as_slice(), 1));
+    // What was set meanwhile is kept.
+    lab.key(Modifiers::NONE, Key::A);
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.slide("c", 0.7);
+    lab.key(Modifiers::NONE, Key::Q);
+    assert_eq!(lab.strategies(), Strategy::ALL);
+    assert_eq!((lab.document().active_index(), lab.document().active().estimator.light_prob), (3, 0.7));
+}
+
+#[test]
+fn a_picture_kept_stays_as_it_is_beside_the_live_one() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.settle();
+    let kept = lab.app().live().current_frame().expect("a frame");
+    lab.key(Modifiers::NONE, Key::K);
+    lab.settle_all();
+    assert_eq!(
+        (lab.strategies(), lab.document().active_index()),
+        (vec![Strategy::Mis; 2], 0),
+        "the live one is active"
+    );
+    // Whatever becomes of the live one.
+    lab.slide("c", 0.1);
+    lab.type_number("Seed", 5.0);
+    lab.settle_all();
+    let shown = lab.app().pictures()[1].current_frame().expect("the kept frame");
+    assert!(std::sync::Arc::ptr_eq(&shown, &kept));
+    assert!(lab.has("Picture 2: MIS, one, 4 spp, 4 rays, balance, c 0.50, kept"), "its caption is of it");
+    // It comes to life where a control changes it.
+    lab.key(Modifiers::NONE, Key::X);
+    lab.key(Modifiers::NONE, Key::Num1);
+    lab.settle_all();
+    let seed = lab.app().live().current_frame().map(|frame| frame.request().settings.sampling.seed);
+    assert_eq!((lab.strategies(), seed), (vec![Strategy::Mis, Strategy::Light], Some(5)));
+    lab.key(Modifiers::COMMAND, Key::Z);
+    let shown = lab.app().pictures()[1].current_frame().expect("the kept frame");
+    assert!(std::sync::Arc::ptr_eq(&shown, &kept), "undo brings it back");
+}
+
+#[test]
+fn a_scene_that_is_read_again_keeps_the_layout() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::Q);
+    lab.apply(Command::Activate(0));
+    lab.settle_all();
+    // The file's strategy goes to the picture that has it.
+    let text = small_scene().replace("[\"mis_all\"]", "[\"mis\"]").replace("[60]", "[40]");
+    std::fs::write(lab.file("small.pbrt"), text).expect("write");
+    lab.until("the new file", |lab| lab.document().image.resolution == [40, 40]);
+    assert_eq!((lab.strategies(), lab.document().active_index()), (Strategy::ALL.to_vec(), 3));
+    lab.settle_all();
+    assert_eq!(lab.picture_rects().len(), 4);
+}
+
+#[test]
+fn the_layout_menu_offers_what_the_keys_do() {
+    let mut lab = Lab::new();
+    for arrangement in Arrangement::ALL.into_iter().rev() {
+        lab.click("Layout");
+        lab.click(&format!("Layout: {}", arrangement.name()));
+        assert_eq!(lab.document().arrangement(), arrangement);
+        assert_eq!(lab.document().slots().len(), arrangement.count());
+    }
+}
+
+#[test]
+fn every_key_is_on_the_sheet() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::NONE, Key::Questionmark);
+    for action in bindings() {
+        assert!(lab.has(&action.name), "{} ({})", action.name, action.keys);
+    }
+}
+
+#[test]
+fn the_projector_view_has_every_layout() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::COMMAND, Key::B);
+    for (key, pictures) in [(Key::Q, 4), (Key::B, 2), (Key::W, 2), (Key::H, 1), (Key::A, 1)] {
+        lab.key(Modifiers::NONE, key);
+        lab.settle_all();
+        let rects = lab.picture_rects();
+        assert_eq!(rects.len(), pictures, "{key:?}");
+        let window = egui::Rect::from_min_size(egui::Pos2::ZERO, lab.harness.ctx.content_rect().size());
+        assert!(rects.iter().all(|rect| window.contains_rect(*rect) && rect.height() > 250.0), "{key:?}: {rects:?}");
+    }
 }

@@ -27,6 +27,7 @@ use crate::panel::picture::PictureSheet;
 use crate::picture::figure::figure;
 use crate::picture::live::LivePicture;
 use crate::picture::normalise::normalise;
+use crate::picture::pane::Pane;
 use crate::picture::picking::things;
 use crate::picture::pixel::Pixel;
 use crate::picture::planes::Planes;
@@ -117,6 +118,16 @@ impl MisLabApp {
         self.lab.live()
     }
 
+    /// The live pictures of all slots: for tests.
+    pub fn pictures(&self) -> &[LivePicture] {
+        self.lab.engine.pictures()
+    }
+
+    /// What is on screen of them: for tests.
+    pub fn panes(&self) -> &[Pane] {
+        self.lab.panes.all()
+    }
+
     /// How fast it goes: for tests.
     pub fn pacing(&self) -> Pacing {
         self.lab.pacing
@@ -138,6 +149,9 @@ impl MisLabApp {
             Command::Edit(edit) => {
                 self.change(edit.key(), |document| edit.apply(document));
             }
+            Command::Activate(index) => document.activate(index),
+            Command::ActivateNext => document.activate((document.active_index() + 1) % document.slots().len()),
+            Command::Keep => self.keep(),
             Command::Normalise => self.normalise(),
             Command::Fit => document.view.placement.fit(),
             Command::FitThings => {
@@ -236,6 +250,21 @@ impl MisLabApp {
         let planes = Planes::from_frame(&frame, self.lab.document.active().layer);
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
             self.lab.history.end_gesture();
+        }
+    }
+
+    /// Keeps the frame of the active picture and goes on beside it.
+    fn keep(&mut self) {
+        match self.lab.live().current_frame() {
+            Some(frame) => {
+                let kept = self.lab.shelf.put(frame);
+                self.change(EditKey("keeping of a picture", 0), |document| document.keep(kept));
+                self.lab.history.end_gesture();
+            }
+            None => self
+                .lab
+                .messages
+                .complain("Nothing to keep yet: the first picture with these settings is not complete."),
         }
     }
 
@@ -522,13 +551,14 @@ impl MisLabApp {
         }
         // A table is not to be spoiled, and who closes the window waits for the saving alone.
         let hold = sheets.table.is_running() || self.closing;
-        engine.set_pace(if hold { Pace::Paused } else { pacing.pace() });
         for (live, slot) in engine.pictures_mut().iter_mut().zip(document.slots()) {
             live.submit(document.request(slot));
             if let Some(wait) = live.marked_in().filter(|wait| !wait.is_zero()) {
                 ctx.request_repaint_after(wait);
             }
         }
+        engine.keep_abreast((document.slots().len() > 1).then_some(document.equal));
+        engine.set_pace(if hold { Pace::Paused } else { pacing.pace() });
         if !ctx.input(|i| i.pointer.any_down()) {
             history.end_gesture();
         }

@@ -17,6 +17,7 @@ use crate::picture::histogram::Histogram;
 use crate::picture::live::LivePicture;
 use crate::picture::pane::{Pane, Panes};
 use crate::picture::picking::Target;
+use crate::picture::shelf::Shelf;
 use crate::picture::swatch::Swatches;
 use crate::state::destination::Destination;
 use crate::state::document::{Document, Opened};
@@ -40,6 +41,8 @@ pub struct Lab {
     pub engine: Engine,
     /// What is on screen of each.
     pub panes: Panes,
+    /// Frames that were kept.
+    pub shelf: Shelf,
     /// What the mouse is on in a panel.
     pub pointed_at: Option<Target>,
     /// Small pictures of the plates, cut from the active picture.
@@ -84,6 +87,7 @@ impl Lab {
             destination: Destination::default(),
             engine: Engine::new(ctx, threads),
             panes: Panes::new(None),
+            shelf: Shelf::default(),
             pointed_at: None,
             swatches: Swatches::default(),
             histogram: Histogram::default(),
@@ -103,9 +107,14 @@ impl Lab {
 
     /// A live picture and a pane for each slot of the document: to be called after every change of it.
     pub fn match_slots(&mut self) {
-        let count = self.document.slots().len();
-        self.engine.set_count(count);
-        self.panes.set_count(count);
+        let Self { document, engine, panes, shelf, .. } = self;
+        let requests: Vec<_> =
+            document.slots().iter().map(|slot| slot.kept.is_none().then(|| document.request(slot))).collect();
+        engine.match_requests(&requests);
+        panes.set_count(requests.len());
+        for (index, slot) in document.slots().iter().enumerate() {
+            engine.show_kept(index, slot.kept.and_then(|kept| shelf.get(kept)));
+        }
     }
 
     /// The live picture that controls are about.
@@ -121,7 +130,7 @@ impl Lab {
     /// Samples per pixel that a snapshot of the picture will have once it is complete; where it never is, that it has now.
     pub fn snapshot_spp(&self) -> u32 {
         let now = || self.live().current_frame().map_or(1, |frame| frame.spp());
-        self.document.sampling.spp.map_or_else(now, |target| target.get())
+        self.document.settings(self.document.active()).sampling.spp.map_or_else(now, |target| target.get())
     }
 
     /// The size of type: larger in the projector view.

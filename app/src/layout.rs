@@ -1,5 +1,7 @@
 //! Where everything is: at a desk strategy bar, columns, picture, caption, status; in a hall the picture and one column.
 
+mod stage;
+
 use std::sync::Arc;
 
 use eframe::egui::{
@@ -14,16 +16,17 @@ use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::{Caption, aside_ui, waiting_ui};
 use crate::panel::display::Measured;
 use crate::panel::{
-    display, formula, help, hint, menu, messages, open, palette, picture, sampling, save, scene, status, strategy,
-    table, warnings,
+    compare, display, formula, help, hint, menu, messages, open, palette, picture, sampling, save, scene, status,
+    strategy, table, warnings,
 };
 use crate::picture::legend::{self, legend_ui};
-use crate::picture::pane::Subject;
+use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
+use crate::state::edit::Edit;
 
 /// Draws the window and collects what the user wants.
 pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
-    escape(ui.ctx(), lab);
+    escape(ui.ctx(), lab, out);
     let place = match lab.scale() {
         TypeScale::Desk => desk(ui, lab, out),
         TypeScale::Hall => hall(ui, lab, out),
@@ -46,14 +49,15 @@ fn desk(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     if right {
         lab.prefs.window.columns[1] = width_taken(ui, |ui| right_column(ui, lab, out));
     }
-    caption_strip(ui, lab, 40.0);
+    caption_strip(ui, lab, 40.0, out);
     CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, !left && !right, out)).inner
 }
 
 /// The projector view: the picture as large as it gets, in whichever of two ways that is.
 fn hall(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     let size = ui.available_size();
-    let aspect = lab.document.view.placement.aspect(lab.document.image.resolution);
+    let [columns, rows] = lab.document.arrangement().grid().map(|n| n as f32);
+    let aspect = columns / rows * lab.document.view.placement.aspect(lab.document.image.resolution);
     match hall_column(size, aspect) {
         Some(width) => {
             let panel = Panel::left("hall column").resizable(false).exact_size(width).show_separator_line(false);
@@ -63,7 +67,7 @@ fn hall(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
         None => {
             let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame(ui)).show_separator_line(false);
             bar.show(ui, |ui| hall_bar_ui(ui, lab, out));
-            caption_strip(ui, lab, HALL_CAPTION);
+            caption_strip(ui, lab, HALL_CAPTION, out);
             CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
         }
     }
@@ -106,18 +110,22 @@ fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             strategy::row_ui(ui, estimator, out);
             ui.add_space(2.0 * GRID);
             // The menu needs its place at the right end.
-            let room = ui.available_width() - 110.0;
+            let room = ui.available_width() - 110.0 - LAYOUT_MENU;
             if room > 140.0 {
                 let default = lab.document.opened.settings.estimator.light_prob;
-                strategy::light_prob_ui(ui, estimator, default, room.min(300.0), out);
+                strategy::light_prob_ui(ui, estimator, default, room.min(272.0), out);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
-                layer_menu(ui, lab, 236.0, out);
+                compare::layout_menu(ui, &lab.document, LAYOUT_MENU - 3.0 * GRID, out);
+                layer_menu(ui, lab, 220.0, out);
             });
         });
     });
 }
+
+/// Width of the menu of layouts in the bar, with the space before it.
+const LAYOUT_MENU: f32 = 160.0;
 
 fn layer_menu(ui: &mut Ui, lab: &Lab, width: f32, out: &mut Vec<Command>) {
     if ui.available_width() > width {
@@ -142,6 +150,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         ui.add_space(GRID);
         ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
             ui.with_layout(Layout::top_down(Align::Min), |ui| match &frame {
+                Some(_) if lab.document.slots().len() > 1 => {}
                 Some(frame) => Caption::new(frame, lab.live().is_behind()).column_ui(ui),
                 None => waiting_ui(ui),
             });
@@ -153,6 +162,11 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         }
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
             display::layer_menu(ui, slot.layer, ui.available_width(), out);
+            compare::layout_menu(ui, &lab.document, ui.available_width(), out);
+            if lab.document.slots().len() > 1 {
+                ui.label("Equal");
+                compare::equal_ui(ui, &lab.document, out);
+            }
             if !LayerLook::of(slot.layer).is_colour() {
                 active_legend_ui(ui, lab);
             }
@@ -174,8 +188,11 @@ fn hall_bar_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     });
     ui.horizontal(|ui| {
         let default = lab.document.opened.settings.estimator.light_prob;
-        strategy::light_prob_ui(ui, estimator, default, 0.45 * ui.available_width(), out);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| layer_menu(ui, lab, 400.0, out));
+        strategy::light_prob_ui(ui, estimator, default, 0.36 * ui.available_width(), out);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            compare::layout_menu(ui, &lab.document, 250.0, out);
+            layer_menu(ui, lab, 300.0, out);
+        });
     });
     formula::formula_line_ui(ui, estimator, 26.0);
 }
@@ -211,7 +228,7 @@ fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>)
             hint::beside(ui, column, |ui| {
                 let document = &lab.document;
                 sampling::weights_ui(ui, &document.active().estimator, out);
-                sampling::samples_ui(ui, &document.sampling, &document.opened.settings.sampling, out);
+                sampling::samples_ui(ui, &document.sampling(), &document.opened.settings.sampling, out);
                 sampling::pace_ui(ui, &lab.pacing, out);
                 ui.add_space(GRID);
                 lab.pointed_at = scene::scene_ui(ui, document, &lab.swatches, lab.panes.hovered(), out);
@@ -240,7 +257,7 @@ fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     });
 }
 
-fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32) {
+fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>) {
     let panel = Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false);
     panel.show(ui, |ui| {
         ui.spacing_mut().interact_size.y = 0.0;
@@ -261,10 +278,36 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32) {
             let read = lab.sheets.warnings_read.as_ref().is_some_and(|read| Arc::ptr_eq(read, opened));
             lab.sheets.warnings_read = if read { None } else { Some(opened.clone()) };
         }
+        if lab.document.slots().len() > 1 {
+            // Each picture has its own caption.
+            let place = place.shrink2(vec2(0.0, 2.0 * GRID)).with_max_x(aside.left() - 2.0 * GRID);
+            ui.scope_builder(UiBuilder::new().max_rect(place), |ui| equal_ui(ui, lab, out));
+            return;
+        }
         ui.scope_builder(UiBuilder::new().max_rect(place), |ui| match lab.live().frame() {
             Some(frame) => Caption::new(&frame, lab.live().is_behind()).strip_ui(ui, ASIDE),
             None => waiting_ui(ui),
         });
+    });
+}
+
+/// What several pictures have alike, and of what scene they are.
+fn equal_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
+    ui.horizontal_centered(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0 * GRID;
+        ui.spacing_mut().interact_size.y = lab.scale().row_height();
+        ui.label("Equal");
+        ui.allocate_ui(
+            vec2(
+                ui.available_width().min(14.0 * egui::TextStyle::Body.resolve(ui.style()).size),
+                ui.available_height(),
+            ),
+            |ui| {
+                compare::equal_ui(ui, &lab.document, out);
+            },
+        );
+        let scene = egui::RichText::new(&lab.document.scene.name).text_style(egui::TextStyle::Small);
+        ui.add(egui::Label::new(scene.color(ui.visuals().weak_text_color())).truncate());
     });
 }
 
@@ -278,7 +321,7 @@ fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
 /// Width of what stands at the right end of the caption's second line.
 const ASIDE: f32 = 180.0;
 
-/// The pictures of all slots: for now there is one, over the whole place. `legend`: on or beside each. Returns where they are.
+/// The pictures, and what lies over them. `legend`: on or beside each. Returns where they are.
 fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) -> Rect {
     if let Some(frame) = lab.live().frame()
         && lab.prefs.panels
@@ -286,13 +329,7 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
         lab.swatches.update(ui.ctx(), &frame, &lab.document.view);
         lab.histogram.update(ui.ctx(), &frame, lab.document.active().layer);
     }
-    let mut place = ui.available_rect_before_wrap();
-    for (slot, (pane, live)) in lab.panes.all_mut().iter_mut().zip(lab.engine.pictures()).enumerate() {
-        let outdated = lab.files.is_outdated(lab.document.opened.path.as_deref());
-        let reading = lab.files.is_reading();
-        let subject = Subject { slot, live, pointed_at: lab.pointed_at, legend, outdated, reading };
-        place = pane.ui(ui, &mut lab.document, &subject, out);
-    }
+    let place = stage::stage_ui(ui, lab, legend, out);
     drop_target(ui, place);
     let failed = lab.live().status().filter(|s| s.state == State::Failed);
     let failed = failed.map(|s| s.error.unwrap_or_else(|| "this scene cannot be rendered".into()));
@@ -320,7 +357,7 @@ fn drop_target(ui: &Ui, rect: Rect) {
 }
 
 /// One press of Escape closes one thing, the foremost. Sheets, menus and fields being typed in take it for themselves.
-fn escape(ctx: &egui::Context, lab: &mut Lab) {
+fn escape(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
     let open = warnings_open(lab);
     let Lab { sheets, messages, document, .. } = lab;
     let taken = sheets.help
@@ -342,6 +379,8 @@ fn escape(ctx: &egui::Context, lab: &mut Lab) {
         messages.gpu_error = None;
     } else if open {
         sheets.warnings_read = Some(document.opened.clone());
+    } else if document.arrangement() != Arrangement::One {
+        out.push(Edit::Arrange(Arrangement::One).into());
     }
 }
 

@@ -1,6 +1,6 @@
 //! What strategies, heuristics and samplers are called on screen.
 
-use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, Strategy};
+use mislab_renderer::{Heuristic, Lockstep, OneSampleWeights, SamplerKind, Strategy};
 
 /// What goes on a strategy's button.
 pub fn strategy_name(strategy: Strategy) -> &'static str {
@@ -37,6 +37,15 @@ pub fn weights_name(weights: OneSampleWeights) -> &'static str {
     match weights {
         OneSampleWeights::Veach => "Veach, with c",
         OneSampleWeights::Tutorial => "Tutorial",
+    }
+}
+
+/// What pictures have alike, on screen.
+pub fn equal_name(equal: Lockstep) -> &'static str {
+    match equal {
+        Lockstep::Spp => "samples",
+        Lockstep::Rays => "rays",
+        Lockstep::CpuSeconds => "seconds",
     }
 }
 

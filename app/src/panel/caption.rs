@@ -1,8 +1,9 @@
 //! The caption of a picture: what made it. One for each pane; nothing in it moves while numbers count.
 
 use eframe::egui::{self, Align2, FontId, Layout, RichText, Role, TextStyle, Ui, vec2};
-use mislab_renderer::{Frame, Strategy};
+use mislab_renderer::{Frame, Layer, Lockstep, Strategy};
 
+use crate::look::layer::LayerLook;
 use crate::look::names::{heuristic_name, strategy_name};
 use crate::look::theme::{GRID, Inks, medium};
 use crate::panel::hint::Hint as _;
@@ -16,11 +17,16 @@ pub struct Caption {
     how: String,
     spp: String,
     paths: String,
+    /// Per pixel.
+    rays: String,
+    cpu: String,
     time: String,
     scene: String,
     bias: Option<&'static str>,
     /// It is of older settings.
     behind: bool,
+    /// It was kept: nothing in it is equal to that of others.
+    kept: bool,
 }
 
 /// The widest that stands in each place.
@@ -46,11 +52,19 @@ impl Caption {
             how,
             spp: format!("{} spp", frame.spp()),
             paths: format!("{} paths", si(stats.paths as f64)),
+            rays: format!("{} rays", u64::from(frame.spp()) * u64::from(strategy.rays_per_sample())),
+            cpu: seconds(stats.cpu_seconds),
             time: seconds(stats.render_seconds),
             scene: frame.request().scene.name.clone(),
             bias: settings.estimator.bias(),
             behind,
+            kept: false,
         }
+    }
+
+    /// Of a frame that was kept.
+    pub fn of_kept(frame: &Frame) -> Self {
+        Self { kept: true, ..Self::new(frame, false) }
     }
 
     fn spoken(&self) -> String {
@@ -80,6 +94,63 @@ impl Caption {
             ui.spacing_mut().item_spacing.x = 3.0 * GRID;
             self.remarks_ui(ui);
         });
+    }
+
+    /// In one line under one of several pictures: what is `equal` in all of them stands first, and as much of the rest as
+    /// there is room for. The layer comes before the rest.
+    pub fn line_ui(&self, ui: &mut Ui, equal: Lockstep, layer: Layer) {
+        let font = TextStyle::Body.resolve(ui.style());
+        let medium = FontId::new(font.size, medium());
+        let (inks, visuals) = (Inks::of(ui.visuals()), ui.visuals().clone());
+        ui.spacing_mut().item_spacing.x = 2.5 * GRID;
+        let name = strategy_name(self.strategy);
+        let widest = strategy_name(Strategy::MisAll);
+        cell(ui, name, widest, medium.clone(), Some(inks.strategy(self.strategy)), Align2::LEFT_CENTER);
+        let alike = |this: Lockstep, text: &str| {
+            if this == equal && !self.kept { format!("= {text}") } else { text.to_owned() }
+        };
+        let spp = (alike(Lockstep::Spp, &self.spp), "= 888 spp", "Samples per pixel.");
+        let rays = (
+            alike(Lockstep::Rays, &self.rays),
+            "= 888 rays",
+            "Second rays per pixel: \u{201c}MIS, both\u{201d} traces two a sample.",
+        );
+        let time =
+            (alike(Lockstep::CpuSeconds, &self.cpu), "= 88.8 s", "Seconds of processor time, all threads together.");
+        let how = (self.how.clone(), HOW, HINTS[0]);
+        let numbers = match equal {
+            Lockstep::Spp => [spp, rays, time, how],
+            Lockstep::Rays => [rays, spp, time, how],
+            Lockstep::CpuSeconds => [time, spp, rays, how],
+        };
+        let layer = (layer != Layer::Picture).then(|| LayerLook::of(layer).name);
+        let behind = if self.kept { Some("kept") } else { self.behind.then_some("\u{2026}") };
+        let comes = [self.bias.map(|_| "biased"), layer, behind];
+        let gap = ui.spacing().item_spacing.x;
+        let kept: f32 = comes.iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
+        for (index, (text, template, hint)) in numbers.into_iter().enumerate() {
+            // Rather nothing than half a number.
+            if index > 0 && ui.available_width() < width(ui, template, &font) + kept {
+                break;
+            }
+            let (font, ink) =
+                if index == 0 { (&medium, visuals.strong_text_color()) } else { (&font, visuals.weak_text_color()) };
+            cell(ui, &text, template, font.clone(), Some(ink), Align2::LEFT_CENTER).hint(hint);
+        }
+        let [bias, layer, behind] = comes;
+        if let (Some(text), Some(why)) = (bias, self.bias) {
+            ui.colored_label(inks.wrong, text).hint(why);
+        }
+        for text in [layer, behind].into_iter().flatten() {
+            ui.add(egui::Label::new(text).truncate());
+        }
+    }
+
+    /// What [`Self::line_ui`] says, for screen readers.
+    pub fn spoken_line(&self) -> String {
+        let kept = if self.kept { "kept" } else { "" };
+        let parts = [strategy_name(self.strategy), &self.spp, &self.rays, &self.how, kept];
+        parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 
     /// In a column beside the picture, line under line.

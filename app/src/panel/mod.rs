@@ -1,6 +1,7 @@
 //! The panels, one function each: they read the state they show and push [`crate::state::command::Command`]s.
 
 pub mod caption;
+pub mod compare;
 pub mod display;
 pub mod explain;
 pub mod formula;

@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 
 use eframe::egui::{self, Align2, Color32, ProgressBar, RichText, TextStyle, Ui};
-use mislab_renderer::{Frame, State, Status, simd_level_name};
+use mislab_renderer::{Frame, Sampling, State, Status, simd_level_name};
 
 use crate::look::layer::LayerLook;
 use crate::look::theme::{GRID, Inks};
@@ -61,7 +61,7 @@ pub fn status_ui(ui: &mut Ui, work: &Work<'_>, document: &Document, out: &mut Ve
                 field_ui(ui, field, Align2::RIGHT_CENTER);
                 if index == 0 {
                     let spp = work.frame.map_or(0, Frame::spp);
-                    progress_ui(ui, spp, document.sampling.spp, work.status);
+                    progress_ui(ui, spp, sampling(document).spp, work.status);
                 }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -73,10 +73,15 @@ pub fn status_ui(ui: &mut Ui, work: &Work<'_>, document: &Document, out: &mut Ve
     });
 }
 
+/// The samples of the picture that controls are about.
+fn sampling(document: &Document) -> Sampling {
+    document.settings(document.active()).sampling
+}
+
 /// Everything there is to say, from left to right; those at the right end from right to left.
 fn fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
     let Work { frame, status, threads, .. } = *work;
-    let (sampling, view) = (&document.sampling, &document.view);
+    let (sampling, view) = (sampling(document), &document.view);
     let spp = frame.map_or(0, Frame::spp);
     let stats = frame.map(Frame::stats);
     let target = sampling.spp.map_or("\u{221e}".into(), |n| n.to_string());

@@ -1,14 +1,17 @@
 //! The workers, and the live pictures that they work on.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use eframe::egui;
-use mislab_renderer::{Pace, Renderer};
+use mislab_renderer::{Abreast, Frame, Lockstep, Pace, Renderer, Request, State};
 
 use super::live::LivePicture;
 
 /// One renderer for all pictures of the window.
 pub struct Engine {
+    /// What holds the pictures abreast, and by what.
+    abreast: Option<(Lockstep, Abreast)>,
     // Dropped first: pictures leave before the renderer joins its threads.
     pictures: Vec<LivePicture>,
     renderer: Option<Renderer>,
@@ -16,18 +19,51 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Starts the workers; each new frame asks `ctx` for one pass. No pictures yet: see [`Self::set_count`].
+    /// Starts the workers; each new frame asks `ctx` for one pass. No pictures yet: see [`Self::match_requests`].
     pub fn new(ctx: &egui::Context, threads: usize) -> Self {
         let ctx = ctx.clone();
         // A repaint at once would cost two passes.
         let renderer = Renderer::new(threads, move || ctx.request_repaint_after(Duration::from_millis(1)));
-        Self { pictures: Vec::new(), threads: renderer.threads(), renderer: Some(renderer) }
+        Self { abreast: None, pictures: Vec::new(), threads: renderer.threads(), renderer: Some(renderer) }
     }
 
-    /// As many pictures as the document has slots: the last ones go, or new ones come.
-    pub fn set_count(&mut self, count: usize) {
-        if let Some(renderer) = &self.renderer {
-            self.pictures.resize_with(count, || LivePicture::new(renderer.add_picture()));
+    /// As many pictures as requests. Where their number changes, those that work on one of the requests go on with it;
+    /// those that nobody asks for any more go, and with them their memory. `None` asks for nothing.
+    pub fn match_requests(&mut self, requests: &[Option<Request>]) {
+        let Some(renderer) = self.renderer.as_ref().filter(|_| self.pictures.len() != requests.len()) else { return };
+        self.abreast = None;
+        let mut old: Vec<LivePicture> = std::mem::take(&mut self.pictures);
+        let found: Vec<Option<LivePicture>> = requests
+            .iter()
+            .map(|request| {
+                let request = request.as_ref()?;
+                old.iter().position(|live| live.is_about(request)).map(|index| old.remove(index))
+            })
+            .collect();
+        let mut spare = old.into_iter();
+        let mut new = || spare.next().unwrap_or_else(|| LivePicture::new(renderer.add_picture()));
+        self.pictures = found.into_iter().map(|live| live.unwrap_or_else(&mut new)).collect();
+    }
+
+    /// Shows a frame that was kept as the picture of that index, or what is rendered again.
+    pub fn show_kept(&mut self, index: usize, kept: Option<&Arc<Frame>>) {
+        let (Some(renderer), Some(live)) = (&self.renderer, self.pictures.get_mut(index)) else { return };
+        if live.kept().map(Arc::as_ptr) != kept.map(Arc::as_ptr) {
+            // A new one: what the old one was working on is not wanted any more.
+            *live = LivePicture::of_kept(renderer.add_picture(), kept.cloned());
+            self.abreast = None;
+        }
+    }
+
+    /// Keeps several pictures abreast by that; `None` lets them run freely.
+    pub fn keep_abreast(&mut self, by: Option<Lockstep>) {
+        if self.abreast.as_ref().map(|(by, _)| *by) == by {
+            return;
+        }
+        self.abreast = None;
+        if let (Some(renderer), Some(by)) = (&self.renderer, by) {
+            let pictures: Vec<_> = self.pictures.iter().filter_map(LivePicture::picture).collect();
+            self.abreast = Some((by, renderer.keep_abreast(&pictures, by)));
         }
     }
 
@@ -41,10 +77,16 @@ impl Engine {
         &mut self.pictures
     }
 
-    /// Sets the pace of all pictures, where it is another.
+    /// Sets the pace of all pictures, where it is another. At equal seconds, the first that is finished sets how many
+    /// there are, and those that have had as many hold.
     pub fn set_pace(&mut self, pace: Pace) {
+        let seconds = |live: &LivePicture| live.current_frame().map_or(0.0, |frame| frame.stats().cpu_seconds);
+        let finished = |live: &&LivePicture| live.status().is_some_and(|status| status.state == State::Finished);
+        let by_seconds = matches!(self.abreast, Some((Lockstep::CpuSeconds, _)));
+        let all = self.pictures.iter().filter(finished).map(seconds).reduce(f64::max).filter(|_| by_seconds);
         for picture in &mut self.pictures {
-            picture.set_pace(pace);
+            let done = all.is_some_and(|all| seconds(picture) >= all);
+            picture.set_pace(if done { Pace::Paused } else { pace });
         }
     }
 

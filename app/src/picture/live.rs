@@ -25,6 +25,8 @@ pub struct LivePicture {
     /// Generation of the frame on screen.
     shown: Option<u64>,
     pace: Pace,
+    /// Shown instead of anything rendered.
+    kept: Option<Arc<Frame>>,
 }
 
 impl LivePicture {
@@ -39,12 +41,23 @@ impl LivePicture {
             frame: None,
             shown: None,
             pace: Pace::Full,
+            kept: None,
         }
+    }
+
+    /// A frame that was kept, on a picture of which nothing is asked.
+    pub fn of_kept(picture: Picture, kept: Option<Arc<Frame>>) -> Self {
+        Self { kept, ..Self::new(picture) }
+    }
+
+    /// The frame that was kept and is shown.
+    pub fn kept(&self) -> Option<&Arc<Frame>> {
+        self.kept.as_ref()
     }
 
     /// Hands over what should be rendered, if that has changed. Returns at once.
     pub fn submit(&mut self, request: Request) {
-        let Some(picture) = &self.picture else { return };
+        let Some(picture) = self.picture.as_ref().filter(|_| self.kept.is_none()) else { return };
         let same = self.submitted.as_ref().is_some_and(|old| {
             // A scene is compared by its numbers only if it is not the very same one.
             old.settings == request.settings && (Arc::ptr_eq(&old.scene, &request.scene) || old.scene == request.scene)
@@ -59,9 +72,21 @@ impl LivePicture {
         }
     }
 
+    /// Whether this is what it was asked for last.
+    pub fn is_about(&self, request: &Request) -> bool {
+        self.submitted.as_ref().is_some_and(|submitted| {
+            submitted.settings == request.settings && Arc::ptr_eq(&submitted.scene, &request.scene)
+        })
+    }
+
+    /// What the renderer knows it as; `None` once the workers have been stopped.
+    pub fn picture(&self) -> Option<&Picture> {
+        self.picture.as_ref()
+    }
+
     /// Starts again from the first sample.
     pub fn restart(&mut self) {
-        if let Some(picture) = &self.picture {
+        if let Some(picture) = self.picture.as_ref().filter(|_| self.kept.is_none()) {
             self.generation = picture.restart();
             self.changed_at = Instant::now();
         }
@@ -100,12 +125,12 @@ impl LivePicture {
 
     /// The frame of this pass or, between passes, the newest one; perhaps of older settings.
     pub fn frame(&self) -> Option<Arc<Frame>> {
-        self.frame.clone().or_else(|| self.picture.as_ref().and_then(Picture::latest))
+        self.kept.clone().or_else(|| self.frame.clone()).or_else(|| self.picture.as_ref().and_then(Picture::latest))
     }
 
     /// The same, if it was made with the current settings.
     pub fn current_frame(&self) -> Option<Arc<Frame>> {
-        self.frame().filter(|frame| frame.generation() == self.generation)
+        self.frame().filter(|frame| self.kept.is_some() || frame.generation() == self.generation)
     }
 
     /// Generation of the frame on screen.

@@ -14,6 +14,7 @@ pub mod picking;
 pub mod pixel;
 pub mod planes;
 pub mod raster;
+pub mod shelf;
 pub mod still;
 pub mod swatch;
 pub mod tone;

@@ -33,13 +33,20 @@ pub struct Subject<'a> {
     pub reading: bool,
     /// Its legend stands on or beside it, not in a column.
     pub legend: bool,
+    /// The pixel under the mouse in any picture.
+    pub cursor: Option<[u32; 2]>,
+    /// What the mouse is on in any picture.
+    pub hovered: Option<Target>,
 }
 
 /// One picture on screen.
 pub struct Pane {
     viewport: Viewport,
     geometry: Option<Geometry>,
+    /// Under the mouse, in this picture or in another.
     pixel: Option<[u32; 2]>,
+    /// In this one.
+    own_pixel: Option<[u32; 2]>,
     interaction: Interaction,
     black: Black,
 }
@@ -50,6 +57,7 @@ impl Pane {
             viewport: Viewport::new(pipeline),
             geometry: None,
             pixel: None,
+            own_pixel: None,
             interaction: Interaction::default(),
             black: Black::default(),
         }
@@ -60,7 +68,7 @@ impl Pane {
         self.geometry
     }
 
-    /// The pixel that was under the mouse, in coordinates of the full image.
+    /// The pixel that was under the mouse in this or another picture, in coordinates of the full image.
     pub fn pixel(&self) -> Option<[u32; 2]> {
         self.pixel
     }
@@ -70,7 +78,16 @@ impl Pane {
         self.interaction.hovered()
     }
 
-    /// Draws it over all that is left of `ui`, and lets the mouse zoom, pan and drag lights. Returns where.
+    /// Not on screen in this pass.
+    pub fn rest(&mut self) {
+        self.geometry = None;
+        self.pixel = None;
+        self.own_pixel = None;
+        self.interaction = Interaction::default();
+    }
+
+    /// Draws it over all that is left of `ui` and of its clip rectangle, and lets the mouse zoom, pan and drag lights. A
+    /// click makes it the picture that controls are about. Returns where.
     pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, on: &Subject<'_>, out: &mut Vec<Command>) -> Rect {
         let layer = document.slots()[on.slot].layer;
         let frame = on.live.frame();
@@ -83,8 +100,12 @@ impl Pane {
         };
         let shown = self.viewport.ui(ui, &mut document.view, Shown { layer, planes: planes.as_ref(), stale });
         self.geometry = shown.geometry;
-        self.pixel = shown.hovered_pixel;
-        let rect = shown.response.rect;
+        self.own_pixel = shown.hovered_pixel;
+        self.pixel = self.own_pixel.or(on.cursor);
+        if shown.response.clicked() && document.active_index() != on.slot {
+            out.push(Command::Activate(on.slot));
+        }
+        let rect = shown.response.rect.intersect(ui.clip_rect());
         let Some(frame) = frame else {
             let text = if on.reading { "Reading the scene \u{2026}" } else { "Rendering the first picture \u{2026}" };
             let font = egui::TextStyle::Heading.resolve(ui.style());
@@ -92,8 +113,16 @@ impl Pane {
             return rect;
         };
         if let Some(geometry) = self.geometry {
-            let place = Place { document, geometry, pixel: self.pixel };
-            self.interaction.ui(ui, &place, on.pointed_at, out);
+            let place = Place { document, geometry, pixel: self.own_pixel };
+            if on.live.kept().is_none() {
+                self.interaction.ui(ui, &place, on.pointed_at.or(on.hovered), out);
+            } else {
+                // The scene may be another one by now.
+                self.interaction = Interaction::default();
+            }
+            if let Some(at) = self.pixel.filter(|_| self.own_pixel.is_none()) {
+                cursor(ui, rect, geometry.to_screen(at.map(|i| i as f32 + 0.5)));
+            }
         }
         if let Some(words) = not_drawn(layer, &frame.request().settings.estimator) {
             remark(ui, rect, words);
@@ -119,6 +148,18 @@ impl Pane {
     }
 }
 
+/// Where the mouse is in another picture.
+fn cursor(ui: &Ui, rect: Rect, at: egui::Pos2) {
+    let painter = ui.painter_at(rect);
+    for (width, ink) in [(3.0, egui::Color32::from_black_alpha(160)), (1.5, egui::Color32::WHITE)] {
+        for along in [egui::vec2(2.0 * GRID, 0.0), egui::vec2(0.0, 2.0 * GRID)] {
+            // Open in the middle: the pixel itself stays in sight.
+            painter.line_segment([at - along, at - 0.35 * along], (width, ink));
+            painter.line_segment([at + 0.35 * along, at + along], (width, ink));
+        }
+    }
+}
+
 /// A sentence over the middle of the picture, where there is nothing to see.
 fn remark(ui: &Ui, rect: Rect, words: String) {
     let font = egui::TextStyle::Body.resolve(ui.style());
@@ -137,13 +178,15 @@ fn remark(ui: &Ui, rect: Rect, words: String) {
 pub struct Panes {
     pipeline: Option<FilmPipeline>,
     panes: Vec<Pane>,
+    /// Where the divider between two pictures is, as a share of their width.
+    divider: f32,
 }
 
 impl Panes {
     /// Drawn on that device, or on the CPU if there is none or it refuses the shader. None yet: see
     /// [`Self::set_count`].
     pub fn new(render_state: Option<&RenderState>) -> Self {
-        Self { pipeline: render_state.and_then(FilmPipeline::new), panes: Vec::new() }
+        Self { pipeline: render_state.and_then(FilmPipeline::new), panes: Vec::new(), divider: 0.5 }
     }
 
     /// As many as the document has slots: the last ones go, or new ones come.
@@ -159,6 +202,16 @@ impl Panes {
     /// The same, to draw them.
     pub fn all_mut(&mut self) -> &mut [Pane] {
         &mut self.panes
+    }
+
+    /// Where the divider between two pictures is, as a share of their width.
+    pub fn divider_mut(&mut self) -> &mut f32 {
+        &mut self.divider
+    }
+
+    /// The pixel that was under the mouse in any of them.
+    pub fn cursor(&self) -> Option<[u32; 2]> {
+        self.panes.iter().find_map(|pane| pane.own_pixel)
     }
 
     /// What the mouse was on in any of them.

@@ -23,8 +23,9 @@ impl Pixel<'_> {
         // As wide as usual values are, so that the plate stands still under a moving cursor.
         let usual = if LayerLook::of(layer).is_colour() { "R 0.0000   G 0.0000   B 0.0000" } else { "x 0000   y 0000" };
         let usual = ui.painter().layout_no_wrap(usual.into(), font, Color32::WHITE).size();
-        let size = galley.size().max(usual) + vec2(4.0 * GRID, 3.0 * GRID);
-        let margin = vec2(2.0 * GRID, 2.0 * GRID);
+        let (padding, margin) = (vec2(4.0 * GRID, 3.0 * GRID), vec2(2.0 * GRID, 2.0 * GRID));
+        let room = viewport.width() - 2.0 * margin.x - padding.x;
+        let size = galley.size().max(vec2(usual.x.min(room), usual.y)) + padding;
         // The legend has the lower left corner; in a narrow viewport the two would meet.
         let corner = if viewport.width() > 600.0 { Align2::RIGHT_BOTTOM } else { Align2::RIGHT_TOP };
         let plate = corner.align_size_within_rect(size, viewport.shrink2(margin));

@@ -13,6 +13,13 @@ pub enum Command {
     /// Changes the document.
     Edit(Edit),
 
+    /// Makes that picture the one that controls are about.
+    Activate(usize),
+    /// The same with the next picture.
+    ActivateNext,
+    /// Keeps the frame on screen, to compare what comes with it.
+    Keep,
+
     /// Sets the exposure from the picture, once, in plain sight.
     Normalise,
     /// Whole picture in the window.

@@ -1,11 +1,16 @@
 //! What the window edits: scene, settings and view.
 
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use mislab_renderer::pbrt::SceneFile;
-use mislab_renderer::{Diagnostic, Estimator, Geometry, ImageSettings, Layer, Request, Sampling, Scene, Settings};
+use mislab_renderer::{
+    Diagnostic, Estimator, Geometry, ImageSettings, Layer, Lockstep, Request, SamplerKind, SamplerSettings, Sampling,
+    Scene, Settings, Strategy,
+};
 
+use super::arrangement::Arrangement;
 use super::view::ViewState;
 
 /// Where a scene came from and how it was there: what resets go back to.
@@ -47,9 +52,17 @@ impl Opened {
 pub struct Slot {
     /// How the radiance is estimated.
     pub estimator: Estimator,
+    /// The pattern of its samples.
+    pub sampler: SamplerSettings,
     /// Which image of the frame is shown.
     pub layer: Layer,
+    /// It is not rendered: a frame that was kept is shown.
+    pub kept: Option<KeptFrame>,
 }
+
+/// The number of a frame that was kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeptFrame(pub u64);
 
 /// Everything a control sets. Pictures differ in their [`Slot`]s and share the rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,8 +71,10 @@ pub struct Document {
     pub opened: Arc<Opened>,
     /// The scene with every edit applied.
     pub scene: Arc<Scene>,
-    /// Samples and their random numbers.
-    pub sampling: Sampling,
+    /// Samples per pixel to stop at; `None` goes on until stopped. See [`Self::settings`] for several pictures.
+    pub spp: Option<NonZeroU32>,
+    /// Seed of every random number.
+    pub seed: u32,
     /// Image size and crop.
     pub image: ImageSettings,
     /// How the pictures are looked at; never reaches the renderer.
@@ -68,6 +83,12 @@ pub struct Document {
     slots: Vec<Slot>,
     /// Index of the one that controls are about.
     active: usize,
+    /// How they lie in the window.
+    arrangement: Arrangement,
+    /// What several pictures have alike at every moment.
+    pub equal: Lockstep,
+    /// Two and four pictures as they were left for another number of them.
+    aside: [Option<Vec<Slot>>; 2],
 }
 
 impl Document {
@@ -76,20 +97,31 @@ impl Document {
         let Settings { estimator, sampling, image } = opened.settings;
         Self {
             scene: opened.scene.clone(),
-            sampling,
+            spp: sampling.spp,
+            seed: sampling.seed,
             image,
             view: opened.view.clone(),
-            slots: vec![Slot { estimator, layer: opened.layer }],
+            slots: vec![Slot { estimator, sampler: sampling.sampler, layer: opened.layer, kept: None }],
             active: 0,
+            arrangement: Arrangement::One,
+            // `mis_all` pays for two rays a sample: at equal samples it would be flattered.
+            equal: Lockstep::Rays,
+            aside: [None, None],
             opened: Arc::new(opened),
         }
     }
 
     /// The same document after its file has changed: what the file says, looked at as before.
     pub fn reloaded(&self, opened: Opened) -> Self {
-        let layer = self.active().layer;
-        let mut document = Self { view: self.view.clone(), ..Self::new(opened) };
-        document.active_mut().layer = layer;
+        let mut document = Self { view: self.view.clone(), equal: self.equal, ..Self::new(opened) };
+        document.active_mut().layer = self.active().layer;
+        if self.arrangement != Arrangement::One {
+            let own = *document.active();
+            document.slots.clone_from(&self.slots);
+            document.active = self.active;
+            document.arrangement = self.arrangement;
+            document.adopt(own);
+        }
         document
     }
 
@@ -113,9 +145,120 @@ impl Document {
         &mut self.slots[self.active]
     }
 
-    /// Everything but the scene that decides the bits of a picture.
+    /// Makes another one the picture that controls are about; an index beyond the last changes nothing.
+    pub fn activate(&mut self, index: usize) {
+        if index < self.slots.len() {
+            self.active = index;
+        }
+    }
+
+    /// How the pictures lie in the window.
+    pub fn arrangement(&self) -> Arrangement {
+        self.arrangement
+    }
+
+    /// Lays out the pictures in another way. The active one stays; others come back as they were left, or else show
+    /// the other strategies.
+    pub fn arrange(&mut self, arrangement: Arrangement) {
+        if arrangement.count() != self.arrangement.count() {
+            let own = *self.active();
+            let shown = self.slots.clone();
+            if let Some(aside) = self.aside_of(self.arrangement) {
+                *aside = Some(shown);
+            }
+            let left = self.aside_of(arrangement).and_then(Option::take);
+            self.slots = left.unwrap_or_else(|| self.first_slots(arrangement));
+            self.active = self.active.min(self.slots.len() - 1);
+            self.adopt(own);
+        }
+        self.arrangement = arrangement;
+    }
+
+    fn aside_of(&mut self, arrangement: Arrangement) -> Option<&mut Option<Vec<Slot>>> {
+        let [two, four] = &mut self.aside;
+        match arrangement {
+            Arrangement::One => None,
+            Arrangement::Beside | Arrangement::Wipe | Arrangement::Flip => Some(two),
+            Arrangement::Four => Some(four),
+        }
+    }
+
+    /// The pictures of an arrangement that has not been used yet.
+    fn first_slots(&self, arrangement: Arrangement) -> Vec<Slot> {
+        let own = *self.active();
+        let with = |strategy| {
+            let shown = self.slots.iter().find(|slot| slot.estimator.strategy == strategy);
+            shown.copied().unwrap_or(Slot { estimator: Estimator { strategy, ..own.estimator }, kept: None, ..own })
+        };
+        match arrangement {
+            Arrangement::One => vec![own],
+            Arrangement::Beside | Arrangement::Wipe | Arrangement::Flip => {
+                let other = match own.estimator.strategy {
+                    Strategy::Light => Strategy::Bsdf,
+                    Strategy::Bsdf => Strategy::Light,
+                    Strategy::MisAll => Strategy::Mis,
+                    Strategy::Mis => Strategy::MisAll,
+                };
+                vec![own, with(other)]
+            }
+            Arrangement::Four => Strategy::ALL.map(with).to_vec(),
+        }
+    }
+
+    /// Makes `own` one of the pictures, and the active one: in place of one like it, or of the same strategy.
+    fn adopt(&mut self, own: Slot) {
+        let find = |same: &dyn Fn(&Slot) -> bool| self.slots.iter().position(same);
+        let place = find(&|slot| *slot == own).or_else(|| find(&|slot| slot.estimator == own.estimator));
+        let place = place.or_else(|| find(&|slot| slot.estimator.strategy == own.estimator.strategy));
+        self.active = place.unwrap_or(self.active);
+        if self.slots[self.active].layer != own.layer {
+            // Another layer was chosen meanwhile: pictures of different layers are not what one compares.
+            self.share_layer(own.layer);
+        }
+        *self.active_mut() = own;
+    }
+
+    /// The same layer in all pictures.
+    pub fn share_layer(&mut self, layer: Layer) {
+        for slot in &mut self.slots {
+            slot.layer = layer;
+        }
+    }
+
+    /// Where all pictures stop, with patterns of as many strata.
+    pub fn set_spp(&mut self, spp: Option<NonZeroU32>) {
+        self.spp = spp;
+        for slot in &mut self.slots {
+            fit_strata(&mut slot.sampler, spp);
+        }
+    }
+
+    /// Shows a kept frame of the active picture beside it.
+    pub fn keep(&mut self, kept: KeptFrame) {
+        if self.arrangement.count() != 2 {
+            self.arrange(Arrangement::Beside);
+        }
+        let own = Slot { kept: None, ..*self.active() };
+        *self.active_mut() = own;
+        self.slots[1 - self.active] = Slot { kept: Some(kept), ..own };
+    }
+
+    /// The samples of the active picture as it would be alone.
+    pub fn sampling(&self) -> Sampling {
+        Sampling { sampler: self.active().sampler, spp: self.spp, seed: self.seed }
+    }
+
+    /// Everything but the scene that decides the bits of a picture. At equal rays several pictures end with as many
+    /// rays as one ray a sample gives: `mis_all` after half the samples.
     pub fn settings(&self, slot: &Slot) -> Settings {
-        Settings { estimator: slot.estimator, sampling: self.sampling, image: self.image }
+        let Slot { estimator, mut sampler, layer: _, kept: _ } = *slot;
+        let mut spp = self.spp;
+        let rays = estimator.strategy.rays_per_sample();
+        if self.slots.len() > 1 && self.equal == Lockstep::Rays && rays > 1 {
+            spp = spp.map(|spp| NonZeroU32::new(spp.get() / rays).unwrap_or(NonZeroU32::MIN));
+            fit_strata(&mut sampler, spp);
+        }
+        Settings { estimator, sampling: Sampling { sampler, spp, seed: self.seed }, image: self.image }
     }
 
     /// What the renderer should be working on for a picture.
@@ -127,14 +270,17 @@ impl Document {
     pub fn reset_scene(&mut self) {
         let Settings { estimator, sampling, image } = self.opened.settings;
         self.scene = self.opened.scene.clone();
-        self.sampling = sampling;
+        self.spp = sampling.spp;
+        self.seed = sampling.seed;
         self.image = image;
         self.active_mut().estimator = estimator;
+        self.active_mut().sampler = sampling.sampler;
     }
 
     /// Whether [`Self::reset_scene`] would change anything.
     pub fn is_edited(&self) -> bool {
-        self.scene != self.opened.scene || self.settings(self.active()) != self.opened.settings
+        let settings = Settings { estimator: self.active().estimator, sampling: self.sampling(), image: self.image };
+        self.scene != self.opened.scene || settings != self.opened.settings
     }
 
     /// The GGX width of a material in the file.
@@ -148,5 +294,14 @@ impl Document {
             Geometry::Sphere { radius, .. } => Some(radius),
             Geometry::Mesh { .. } => None,
         }
+    }
+}
+
+/// A stratified pattern has as many strata as the picture has samples, so that the whole of it is
+/// used; other samplers keep theirs, which has no effect on them.
+pub(super) fn fit_strata(sampler: &mut SamplerSettings, spp: Option<NonZeroU32>) {
+    let (SamplerKind::Stratified, Some(spp)) = (sampler.kind, spp) else { return };
+    if u64::from(sampler.strata[0]) * u64::from(sampler.strata[1]) != u64::from(spp.get()) {
+        sampler.strata = SamplerSettings::strata_for(spp.get());
     }
 }

@@ -3,9 +3,10 @@
 use std::num::NonZeroU32;
 use std::sync::Arc;
 
-use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, SamplerSettings, Strategy};
+use mislab_renderer::{Heuristic, Layer, Lockstep, OneSampleWeights, SamplerKind, Strategy};
 
-use super::document::Document;
+use super::arrangement::Arrangement;
+use super::document::{Document, fit_strata};
 use super::history::EditKey;
 use super::view::{ToneMap, ViewState};
 
@@ -32,7 +33,7 @@ impl SppTarget {
     }
 }
 
-/// One change. Estimator and layer are those of the active slot; all else is shared.
+/// One change. Estimator, sampler and layer are those of the active slot; all else is shared.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
     /// Which strategy.
@@ -61,6 +62,13 @@ pub enum Edit {
     SetLightOn(usize, bool),
     /// Scene and settings back to the file's.
     ResetScene,
+
+    /// How many pictures, and where.
+    Arrange(Arrangement),
+    /// What several pictures have alike.
+    SetEqual(Lockstep),
+    /// The layer of the active picture in all of them.
+    ShareLayer,
 
     /// Which image of the frame.
     SetLayer(Layer),
@@ -101,6 +109,9 @@ impl Edit {
             Self::SetLightRadius(shape, _) => EditKey("radius", shape),
             Self::SetLightOn(shape, _) => EditKey("switch", shape),
             Self::ResetScene => EditKey("reset to the file", 0),
+            Self::Arrange(_) => EditKey("layout", 0),
+            Self::SetEqual(_) => EditKey("what is equal", 0),
+            Self::ShareLayer => EditKey("layer of all pictures", 0),
             Self::SetLayer(_) => EditKey("layer", 0),
             Self::CycleLayer(_) => EditKey("layer", 1),
             Self::SetExposure(_) => EditKey("exposure", 0),
@@ -116,6 +127,16 @@ impl Edit {
 
     /// Carries it out. What is out of range or meant for something else changes nothing.
     pub fn apply(&self, document: &mut Document) {
+        let before = *document.active();
+        self.change(document);
+        let slot = document.active_mut();
+        if before.kept.is_some() && (slot.estimator, slot.sampler) != (before.estimator, before.sampler) {
+            // A frame that was kept cannot be changed: the picture is rendered again.
+            slot.kept = None;
+        }
+    }
+
+    fn change(&self, document: &mut Document) {
         match *self {
             Self::SetStrategy(strategy) => document.active_mut().estimator.strategy = strategy,
             Self::SetLightProb(c) => document.active_mut().estimator.light_prob = c.clamp(0.0, 1.0),
@@ -130,18 +151,19 @@ impl Edit {
             Self::SetHeuristic(heuristic) => document.active_mut().estimator.heuristic = heuristic,
             Self::SetWeights(weights) => document.active_mut().estimator.weights = weights,
             Self::SetSampler(kind) => {
-                document.sampling.sampler.kind = kind;
-                fit_strata(&mut document.sampling.sampler, document.sampling.spp);
+                let spp = document.spp;
+                let sampler = &mut document.active_mut().sampler;
+                sampler.kind = kind;
+                fit_strata(sampler, spp);
             }
-            Self::SetJitter(jitter) => document.sampling.sampler.jitter = jitter,
+            Self::SetJitter(jitter) => document.active_mut().sampler.jitter = jitter,
             Self::SetSpp(target) => {
-                document.sampling.spp = match target {
+                document.set_spp(match target {
                     SppTarget::Passes(n) => Some(n),
                     SppTarget::Endless => None,
-                };
-                fit_strata(&mut document.sampling.sampler, document.sampling.spp);
+                });
             }
-            Self::SetSeed(seed) => document.sampling.seed = seed,
+            Self::SetSeed(seed) => document.seed = seed,
             Self::SetAlpha(material, alpha) => {
                 let scene = Arc::make_mut(&mut document.scene);
                 if let Some(a) = scene.materials.get_mut(material).and_then(|m| m.bsdf.alpha_mut()) {
@@ -160,6 +182,9 @@ impl Edit {
                 }
             }
             Self::ResetScene => document.reset_scene(),
+            Self::Arrange(arrangement) => document.arrange(arrangement),
+            Self::SetEqual(equal) => document.equal = equal,
+            Self::ShareLayer => document.share_layer(document.active().layer),
             Self::SetLayer(layer) => document.active_mut().layer = layer,
             Self::CycleLayer(step) => {
                 let layer = &mut document.active_mut().layer;
@@ -181,14 +206,5 @@ impl Edit {
             Self::SetVarianceRange(range) => document.view.variance_range = range,
             Self::ResetView => document.view.reset_display(),
         }
-    }
-}
-
-/// A stratified pattern has as many strata as the picture has samples, so that the whole of it is
-/// used; other samplers keep theirs, which has no effect on them.
-fn fit_strata(sampler: &mut SamplerSettings, spp: Option<NonZeroU32>) {
-    let (SamplerKind::Stratified, Some(spp)) = (sampler.kind, spp) else { return };
-    if u64::from(sampler.strata[0]) * u64::from(sampler.strata[1]) != u64::from(spp.get()) {
-        sampler.strata = SamplerSettings::strata_for(spp.get());
     }
 }

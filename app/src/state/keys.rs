@@ -1,11 +1,12 @@
 //! Every key in one table: what dispatches, what the key sheet shows, what the palette lists.
 
 use eframe::egui::{Context, Event, Key, Modifiers, ThemePreference};
-use mislab_renderer::{Heuristic, Layer, OneSampleWeights, SamplerKind, Strategy};
+use mislab_renderer::{Heuristic, Layer, Lockstep, OneSampleWeights, SamplerKind, Strategy};
 
 use crate::look::layer::LayerLook;
-use crate::look::names::{heuristic_name, sampler_name, strategy_name, weights_name};
+use crate::look::names::{equal_name, heuristic_name, sampler_name, strategy_name, weights_name};
 use crate::look::zoom::ZoomStep;
+use crate::state::arrangement::Arrangement;
 use crate::state::command::{Command, Shipped};
 use crate::state::edit::{Edit, SppTarget};
 use crate::state::view::ToneMap;
@@ -38,6 +39,7 @@ pub fn bindings() -> Vec<Action> {
         let name = format!("{} ({})", strategy_name(s), s.name());
         action("Strategy", &name, keys, PLAIN, key, Edit::SetStrategy(s).into())
     };
+    let layout = |keys, key, a: Arrangement| action("Layout", a.name(), keys, PLAIN, key, Edit::Arrange(a).into());
     vec![
         strategy("1", Key::Num1, Strategy::Light),
         strategy("2", Key::Num2, Strategy::Bsdf),
@@ -45,6 +47,14 @@ pub fn bindings() -> Vec<Action> {
         strategy("4", Key::Num4, Strategy::Mis),
         action("Strategy", "Larger c, the share of light samples", "]", PLAIN, Key::CloseBracket, Edit::NudgeLightProb(0.05).into()),
         action("Strategy", "Smaller c", "[", PLAIN, Key::OpenBracket, Edit::NudgeLightProb(-0.05).into()),
+        layout("A", Key::A, Arrangement::One),
+        layout("B", Key::B, Arrangement::Beside),
+        layout("W", Key::W, Arrangement::Wipe),
+        layout("H", Key::H, Arrangement::Flip),
+        layout("Q", Key::Q, Arrangement::Four),
+        action("Layout", "Controls for the next picture", "X", PLAIN, Key::X, Command::ActivateNext),
+        action("Layout", "Keep the picture, go on beside it", "K", PLAIN, Key::K, Command::Keep),
+        action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
         action("Rendering", "Pause, go on", "Space", PLAIN, Key::Space, Command::TogglePause),
         action("Rendering", "One pass", "S", PLAIN, Key::S, Command::Step),
         action("Rendering", "Restart", "Backspace", PLAIN, Key::Backspace, Command::Restart),
@@ -109,6 +119,9 @@ pub fn actions() -> Vec<Action> {
         };
         add("Samples", name, Edit::SetSpp(target).into());
     }
+    for equal in EQUAL {
+        add("Layout", format!("Several pictures: equal {}", equal_name(equal)), Edit::SetEqual(equal).into());
+    }
     for layer in Layer::ALL {
         add("View", format!("Layer: {}", LayerLook::of(layer).name), Edit::SetLayer(layer).into());
     }
@@ -132,6 +145,9 @@ pub fn actions() -> Vec<Action> {
     add("Window", "Reduce motion".into(), Command::ToggleMotion);
     all
 }
+
+/// What several pictures can have alike.
+pub const EQUAL: [Lockstep; 3] = [Lockstep::Spp, Lockstep::Rays, Lockstep::CpuSeconds];
 
 /// The themes by name.
 pub const THEMES: [(&str, ThemePreference); 3] =

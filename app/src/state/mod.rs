@@ -1,5 +1,6 @@
 //! What the user sets, and every way to set it, as plain data.
 
+pub mod arrangement;
 pub mod command;
 pub mod destination;
 pub mod document;

@@ -1,0 +1,204 @@
+//! The stage: one, two or four pictures, each with its caption.
+
+use eframe::egui::{
+    self, Align, Align2, CursorIcon, Layout, Rect, Role, Sense, Stroke, StrokeKind, Ui, UiBuilder, pos2, vec2,
+};
+
+use crate::lab::Lab;
+use crate::look::layer::LayerLook;
+use crate::look::names::strategy_name;
+use crate::look::theme::{GRID, Inks};
+use crate::panel::caption::{Caption, waiting_ui};
+use crate::picture::pane::Subject;
+use crate::state::arrangement::Arrangement;
+use crate::state::command::Command;
+
+/// Space between pictures, in points.
+const BETWEEN: f32 = 2.0 * GRID;
+/// Width of the frame around the active one.
+const FRAME: f32 = 2.0;
+
+/// Draws the pictures over all that is left of `ui`. `legend`: on or beside each. Returns where they are.
+pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) -> Rect {
+    let place = ui.available_rect_before_wrap();
+    let cursor = lab.panes.cursor();
+    ui.painter().rect_filled(place, 0.0, ui.visuals().panel_fill);
+    match lab.document.arrangement() {
+        Arrangement::One => pane_ui(ui, lab, 0, [place, place], legend, out),
+        arrangement @ (Arrangement::Beside | Arrangement::Four) => {
+            grid_ui(ui, lab, place, arrangement.grid(), legend, out);
+        }
+        Arrangement::Wipe => wipe_ui(ui, lab, place, legend, out),
+        Arrangement::Flip => flip_ui(ui, lab, place, legend, out),
+    }
+    ui.advance_cursor_after_rect(place);
+    if lab.panes.cursor() != cursor {
+        // The other pictures were drawn with the place where the mouse was before.
+        ui.ctx().request_repaint_after(std::time::Duration::from_millis(1));
+    }
+    place
+}
+
+/// One picture over `viewport`, as far as it lies in `clip`.
+fn pane_ui(ui: &mut Ui, lab: &mut Lab, slot: usize, [viewport, clip]: [Rect; 2], legend: bool, out: &mut Vec<Command>) {
+    let Lab { document, engine, panes, files, pointed_at, .. } = lab;
+    let layer = document.slots()[slot].layer;
+    // A column has the legend of the active picture only.
+    let other_colours = layer != document.active().layer && !LayerLook::of(layer).is_colour();
+    let subject = Subject {
+        slot,
+        live: &engine.pictures()[slot],
+        pointed_at: *pointed_at,
+        legend: legend || other_colours,
+        outdated: files.is_outdated(document.opened.path.as_deref()),
+        reading: files.is_reading(),
+        cursor: panes.cursor(),
+        hovered: panes.hovered(),
+    };
+    ui.scope_builder(UiBuilder::new().id_salt(("picture", slot)).max_rect(viewport), |ui| {
+        ui.set_clip_rect(clip.intersect(ui.clip_rect()));
+        panes.all_mut()[slot].ui(ui, document, &subject, out);
+    });
+}
+
+/// Pictures in columns and rows, each over its caption.
+fn grid_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, [columns, rows]: [usize; 2], legend: bool, out: &mut Vec<Command>) {
+    let gaps = vec2((columns - 1) as f32, (rows - 1) as f32) * BETWEEN;
+    let size = ((place.size() - gaps) / vec2(columns as f32, rows as f32)).max(vec2(1.0, 1.0));
+    for slot in 0..lab.document.slots().len() {
+        let at = vec2((slot % columns) as f32, (slot / columns) as f32);
+        let cell = Rect::from_min_size(place.min + at * (size + egui::Vec2::splat(BETWEEN)), size);
+        let (picture, caption) = cell.split_top_bottom_at_y(cell.bottom() - caption_height(ui));
+        pane_ui(ui, lab, slot, [picture, picture], legend, out);
+        caption_ui(ui, lab, slot, caption, Align::Min, out);
+        if slot == lab.document.active_index() {
+            frame_ui(ui, cell);
+        }
+    }
+}
+
+/// Two pictures in one place, with a divider to drag.
+fn wipe_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, legend: bool, out: &mut Vec<Command>) {
+    let (picture, captions) = place.split_top_bottom_at_y(place.bottom() - caption_height(ui));
+    let x = picture.left() + *lab.panes.divider_mut() * picture.width();
+    let (left, right) = picture.split_left_right_at_x(x.round());
+    for (slot, clip) in [left, right].into_iter().enumerate() {
+        pane_ui(ui, lab, slot, [picture, clip], legend, out);
+    }
+    let (first, second) = captions.split_left_right_at_fraction(0.5);
+    for (slot, (caption, align)) in [(first, Align::Min), (second, Align::Max)].into_iter().enumerate() {
+        caption_ui(ui, lab, slot, caption, align, out);
+    }
+    divider_ui(ui, lab, picture);
+    for (slot, clip) in [left, right].into_iter().enumerate() {
+        name_ui(ui, lab, slot, clip);
+    }
+}
+
+/// The name of a picture beside the divider.
+fn name_ui(ui: &Ui, lab: &Lab, slot: usize, clip: Rect) {
+    let strategy = lab.document.slots()[slot].estimator.strategy;
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let ink = Inks::of(ui.visuals()).strategy(strategy);
+    let galley = ui.painter().layout_no_wrap(strategy_name(strategy).into(), font, ink);
+    let size = galley.size() + vec2(4.0 * GRID, 2.0 * GRID);
+    let corner = if slot == 0 { Align2::RIGHT_BOTTOM } else { Align2::LEFT_BOTTOM };
+    let plate = corner.align_size_within_rect(size, clip.shrink(2.0 * GRID));
+    let painter = ui.painter_at(clip);
+    painter.rect_filled(plate, GRID, ui.visuals().panel_fill);
+    painter.galley(plate.min + vec2(2.0 * GRID, GRID), galley, ink);
+}
+
+/// The divider. It stays within the picture, and a double click brings it back to the middle.
+fn divider_ui(ui: &mut Ui, lab: &mut Lab, place: Rect) {
+    let share = lab.panes.divider_mut();
+    let x = place.left() + *share * place.width();
+    let grip = Rect::from_x_y_ranges(x - 1.5 * GRID..=x + 1.5 * GRID, place.y_range());
+    let response = ui.interact(grip, ui.scope_id().with("divider"), Sense::click_and_drag());
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Splitter, true, "Divider between the pictures"));
+    if response.double_clicked() {
+        *share = 0.5;
+    } else if let Some(pointer) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+        *share = ((pointer.x - place.left()) / place.width().max(1.0)).clamp(0.0, 1.0);
+    }
+    let painter = ui.painter_at(place);
+    painter.vline(x, place.y_range(), Stroke::new(3.0, egui::Color32::from_black_alpha(160)));
+    painter.vline(x, place.y_range(), Stroke::new(1.5, egui::Color32::WHITE));
+    let handle = Rect::from_center_size(pos2(x, place.center().y), vec2(2.0 * GRID, 10.0 * GRID));
+    painter.rect(handle, GRID, egui::Color32::WHITE, Stroke::new(1.0, egui::Color32::BLACK), StrokeKind::Outside);
+    response.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
+}
+
+/// The active picture, or the other one while Shift is held.
+fn flip_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, legend: bool, out: &mut Vec<Command>) {
+    let active = lab.document.active_index();
+    let flipped = ui.input(|i| i.modifiers.shift_only()) && !ui.ctx().text_edit_focused();
+    let shown = if flipped { 1 - active } else { active };
+    let (picture, captions) = place.split_top_bottom_at_y(place.bottom() - caption_height(ui));
+    pane_ui(ui, lab, shown, [picture, picture], legend, out);
+    lab.panes.all_mut()[1 - shown].rest();
+    let (first, second) = captions.split_left_right_at_fraction(0.5);
+    for (slot, caption) in [first, second].into_iter().enumerate() {
+        if slot == shown {
+            caption_ui(ui, lab, slot, caption, Align::Min, out);
+        } else {
+            // What is not on screen is said faintly.
+            ui.scope(|ui| {
+                ui.multiply_opacity(0.4);
+                caption_ui(ui, lab, slot, caption, Align::Min, out);
+            });
+        }
+    }
+}
+
+fn caption_height(ui: &Ui) -> f32 {
+    ui.text_style_height(&egui::TextStyle::Body) + 2.0 * GRID
+}
+
+/// What made a picture, in one line; a click makes it the active one.
+fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, out: &mut Vec<Command>) {
+    let live = &lab.engine.pictures()[slot];
+    let frame = live.frame();
+    let caption = frame.as_ref().map(|frame| match live.kept() {
+        Some(kept) => Caption::of_kept(kept),
+        None => Caption::new(frame, live.is_behind()),
+    });
+    let active = slot == lab.document.active_index();
+    let response = ui.interact(place, ui.scope_id().with(("caption", slot)), Sense::click());
+    let spoken = caption.as_ref().map_or_else(|| "waiting".to_owned(), Caption::spoken_line);
+    response.widget_info(|| {
+        egui::WidgetInfo::selected(Role::RadioButton, true, active, format!("Picture {}: {spoken}", slot + 1))
+    });
+    if response.clicked() {
+        out.push(Command::Activate(slot));
+    }
+    let visuals = ui.visuals();
+    let fill = if active { visuals.widgets.inactive.weak_bg_fill } else { visuals.panel_fill };
+    ui.painter().rect_filled(place, 0.0, fill);
+    let ink = Inks::of(visuals).strategy(lab.document.slots()[slot].estimator.strategy);
+    // The strategy's colour also where its name has no room.
+    let edge = match align {
+        Align::Max => place.with_min_x(place.right() - GRID),
+        Align::Min | Align::Center => place.with_max_x(place.left() + GRID),
+    };
+    ui.painter().rect_filled(edge, 0.0, ink);
+    let inner = place.shrink2(vec2(2.5 * GRID, 0.0));
+    let layout = match align {
+        Align::Max => Layout::right_to_left(Align::Center),
+        Align::Min | Align::Center => Layout::left_to_right(Align::Center),
+    };
+    ui.scope_builder(UiBuilder::new().max_rect(inner).layout(layout), |ui| {
+        ui.set_clip_rect(place.intersect(ui.clip_rect()));
+        ui.spacing_mut().interact_size.y = 0.0;
+        match &caption {
+            Some(caption) => caption.line_ui(ui, lab.document.equal, lab.document.slots()[slot].layer),
+            None => waiting_ui(ui),
+        }
+    });
+}
+
+/// Around the picture that controls are about.
+fn frame_ui(ui: &Ui, cell: Rect) {
+    let stroke = Stroke::new(FRAME, ui.visuals().text_color());
+    ui.painter().rect_stroke(cell, 0.0, stroke, StrokeKind::Inside);
+}

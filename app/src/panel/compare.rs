@@ -1,0 +1,64 @@
+//! Several pictures: how they lie in the window, and what they have alike.
+
+use eframe::egui::{Button, ComboBox, Ui};
+use mislab_renderer::Lockstep;
+
+use crate::look::names::equal_name;
+use crate::panel::hint::Hint as _;
+use crate::panel::widgets::segmented;
+use crate::state::arrangement::Arrangement;
+use crate::state::command::Command;
+use crate::state::document::Document;
+use crate::state::edit::Edit;
+use crate::state::keys::{EQUAL, bindings};
+
+/// The layouts in one menu.
+pub fn layout_menu(ui: &mut Ui, document: &Document, width: f32, out: &mut Vec<Command>) {
+    let response = ComboBox::from_id_salt("layout menu")
+        .width(width)
+        .truncate()
+        .selected_text(document.arrangement().name())
+        .show_ui(ui, |ui| {
+            ui.set_min_width(200.0);
+            let keys = bindings();
+            for arrangement in Arrangement::ALL {
+                let command = Command::from(Edit::Arrange(arrangement));
+                let key = keys.iter().find(|action| action.command == command).map_or("", |action| action.keys);
+                let on = arrangement == document.arrangement();
+                let row = ui.add(Button::selectable(on, arrangement.name()).shortcut_text(key));
+                if row.accessible_name(format!("Layout: {}", arrangement.name())).clicked() {
+                    out.push(command);
+                    ui.close();
+                }
+            }
+            ui.separator();
+            if ui.add(Button::selectable(false, "Keep, go on beside it").shortcut_text("K")).clicked() {
+                out.push(Command::Keep);
+                ui.close();
+            }
+            if document.slots().len() > 1
+                && ui.add(Button::selectable(false, "This layer in all").shortcut_text("L")).clicked()
+            {
+                out.push(Edit::ShareLayer.into());
+                ui.close();
+            }
+        })
+        .response;
+    response.accessible_name("Layout").hint("One picture, two or four of them. (A, B, W, H, Q; Escape: one)");
+}
+
+/// What the pictures have alike, over the width given.
+pub fn equal_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
+    let choices = EQUAL.map(|equal| (equal, equal_name(equal)));
+    let hint = |ui: &mut Ui, equal: Lockstep| {
+        ui.label(match equal {
+            Lockstep::Spp => "The same samples per pixel, whatever they cost.",
+            Lockstep::Rays => {
+                "The same rays per pixel: \u{201c}MIS, both\u{201d} traces two a sample and has half the samples."
+            }
+            Lockstep::CpuSeconds => "The same processor time: what one would get by waiting as long.",
+        });
+    };
+    let picked = segmented(ui, "Equal", document.equal, &choices, true, &hint);
+    out.extend(picked.map(|equal| Edit::SetEqual(equal).into()));
+}
