@@ -468,7 +468,7 @@ impl Lights {
     }
 
     /// What the ball in a place of [`Outside`] is for rays with these chords that `hit` it or another one; without its
-    /// share of 1 / n. `x`: see [`Chord::x`].
+    /// share of 1 / n. `x`: see [`hit::Chord::x`].
     #[inline(always)]
     fn ball_in<L: Lanes>(
         &self,
