@@ -54,7 +54,7 @@ pub fn why_black(frame: &Frame) -> Option<String> {
         return is_black.then(|| "this picture is black: everything in view is black".to_owned());
     }
     if strategy == Strategy::Light && points.iter().all(Point::is_mirror) {
-        let reason = "only mirrors are in view, and light samples never meet a mirror's one direction";
+        let reason = "only mirrors are in view, and light samples never hit a mirror's one direction";
         return Some(format!(
             "{} black: {reason}",
             if is_black { "this picture is" } else { "all surfaces in view are" }
@@ -76,7 +76,7 @@ pub fn why_black(frame: &Frame) -> Option<String> {
     let turned = "its lights face away, or something is in between";
     if is_black && share > 0.0 {
         let (name, spp) = (strategy.name(), frame.spp());
-        return Some(format!("this picture is black: no sample of the strategy {name} has met a light in {spp} spp"));
+        return Some(format!("this picture is black: no sample of the strategy {name} has hit a light in {spp} spp"));
     }
     if is_black {
         return Some(format!("{NO_LIGHT}: {turned}"));
@@ -139,7 +139,7 @@ fn grid(part: PixelRect, rays: u32) -> impl Iterator<Item = [f32; 2]> {
     })
 }
 
-/// A point of a light that rays towards it meet.
+/// A point of a light that rays towards it hit.
 fn middle(light: &LightShape) -> Vec3 {
     match light {
         LightShape::Ball(ball) => ball.center,

@@ -216,7 +216,7 @@ fn a_black_picture_says_why() {
         |strategy: &str, world: &str| why(&parse(&format!("{HEADER}{world}WorldEnd").replace("mis_all", strategy)));
     assert_eq!(by("mis_all", &format!("{small}{ROOM}")), "");
     let found = by("bsdf", &format!("{small}{ROOM}"));
-    assert!(found.contains("no sample of the strategy bsdf has met a light in 64 spp"), "{found}");
+    assert!(found.contains("no sample of the strategy bsdf has hit a light in 64 spp"), "{found}");
     let found = by("light", &format!("{behind}{}", ROOM.replace("\"matte\" \"rgb Kd\"", "\"mirror\" \"rgb Kr\"")));
     assert!(found.contains("mirrors"), "{found}");
     assert_eq!(by("mis_all", &format!("{lamp}{ROOM}")), "");
