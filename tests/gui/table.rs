@@ -1,0 +1,38 @@
+//! The tutorial's table.
+
+use eframe::egui::{Key, Modifiers};
+
+use crate::lab::Lab;
+
+#[test]
+fn the_tables_run_is_in_the_status_bar() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::T);
+    lab.click("Image size of the table");
+    lab.click("100 \u{d7} 100");
+    lab.click("Fill in the table");
+    lab.key(Modifiers::NONE, Key::Escape);
+    assert!(!lab.has("Table progress"), "the window is closed");
+    assert!(lab.has("Progress of the table"));
+    lab.click("Stop the table");
+    lab.until("the end of the job", |lab| !lab.has("Progress of the table"));
+    assert!(lab.has("4 / 4 spp"), "the bar is about the picture again");
+}
+
+#[test]
+fn the_table_is_filled_in_and_can_be_stopped() {
+    let mut lab = Lab::new();
+    lab.key(Modifiers::NONE, Key::T);
+    lab.click("Image size of the table");
+    lab.click("100 \u{d7} 100");
+    lab.click("Fill in the table");
+    lab.until("the job", |lab| lab.has("Cancel"));
+    lab.click("Cancel");
+    lab.until("the end of the job", |lab| !lab.has("Cancel"));
+    assert!(!lab.has("small light"), "a stopped job leaves nothing");
+    lab.click("Fill in the table");
+    lab.until("the table", |lab| lab.has("small light"));
+    assert!(lab.has("\u{d7}  "), "there are crosses");
+    lab.click(".csv");
+    lab.until("the file", |lab| lab.file("veach_table.csv").exists());
+}
