@@ -11,6 +11,7 @@ use crate::panel::messages::Messages;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
 use crate::panel::picture::PictureSheet;
+use crate::panel::study::Studies;
 use crate::panel::table::TablePanel;
 use crate::picture::engine::Engine;
 use crate::picture::histogram::Histogram;
@@ -53,6 +54,8 @@ pub struct Lab {
     pub files: Files,
     /// What lies over the window.
     pub sheets: Sheets,
+    /// Plots, numbers and series of pictures.
+    pub studies: Studies,
     /// What is to be said.
     pub messages: Messages,
 }
@@ -93,6 +96,7 @@ impl Lab {
             histogram: Histogram::default(),
             files: Files::new(ctx),
             sheets: Sheets::default(),
+            studies: Studies::default(),
             messages: Messages::default(),
         };
         lab.match_slots();

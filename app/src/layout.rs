@@ -1,6 +1,7 @@
 //! Where everything is: at a desk strategy bar, columns, picture, caption, status; in a hall the picture and one column.
 
 mod stage;
+mod study;
 
 use std::sync::Arc;
 
@@ -23,6 +24,7 @@ use crate::picture::legend::{self, legend_ui};
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
+use crate::state::study::Study;
 
 /// Draws the window and collects what the user wants.
 pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
@@ -42,7 +44,9 @@ fn desk(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     // At a large interface scale the picture is worth more than the panels.
     let left = ui.available_width() > 620.0;
     let beside_it = ui.available_width() - if left { 320.0 } else { 0.0 };
-    let right = lab.prefs.inspector && beside_it > 760.0;
+    // A study beside the pictures takes the place of the column.
+    let column = lab.prefs.inspector && !lab.studies.open.is_some_and(Study::is_beside_pictures);
+    let right = column && beside_it > 760.0;
     if left {
         lab.prefs.window.columns[0] = width_taken(ui, |ui| left_column(ui, lab, !right, out));
     }
@@ -117,7 +121,7 @@ fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
-                compare::layout_menu(ui, &lab.document, LAYOUT_MENU - 3.0 * GRID, out);
+                compare::layout_menu(ui, &lab.document, lab.studies.open, LAYOUT_MENU - 3.0 * GRID, out);
                 layer_menu(ui, lab, 220.0, out);
             });
         });
@@ -162,7 +166,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         }
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
             display::layer_menu(ui, slot.layer, ui.available_width(), out);
-            compare::layout_menu(ui, &lab.document, ui.available_width(), out);
+            compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
             if lab.document.slots().len() > 1 {
                 ui.label("Equal");
                 compare::equal_ui(ui, &lab.document, out);
@@ -190,7 +194,7 @@ fn hall_bar_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         let default = lab.document.opened.settings.estimator.light_prob;
         strategy::light_prob_ui(ui, estimator, default, 0.36 * ui.available_width(), out);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            compare::layout_menu(ui, &lab.document, 250.0, out);
+            compare::layout_menu(ui, &lab.document, lab.studies.open, 250.0, out);
             layer_menu(ui, lab, 300.0, out);
         });
     });
@@ -329,7 +333,16 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
         lab.swatches.update(ui.ctx(), &frame, &lab.document.view);
         lab.histogram.update(ui.ctx(), &frame, lab.document.active().layer);
     }
-    let place = stage::stage_ui(ui, lab, legend, out);
+    let place = ui.available_rect_before_wrap();
+    let open = lab.studies.open;
+    let [stage, beside] = study::divide(place, open);
+    if let Some(stage) = stage {
+        ui.scope_builder(UiBuilder::new().max_rect(stage), |ui| stage::stage_ui(ui, lab, legend, out));
+    }
+    if let (Some(open), Some(beside)) = (open, beside) {
+        study::study_ui(ui, lab, open, beside, out);
+    }
+    ui.advance_cursor_after_rect(place);
     drop_target(ui, place);
     let failed = lab.live().status().filter(|s| s.state == State::Failed);
     let failed = failed.map(|s| s.error.unwrap_or_else(|| "this scene cannot be rendered".into()));
@@ -359,7 +372,7 @@ fn drop_target(ui: &Ui, rect: Rect) {
 /// One press of Escape closes one thing, the foremost. Sheets, menus and fields being typed in take it for themselves.
 fn escape(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
     let open = warnings_open(lab);
-    let Lab { sheets, messages, document, .. } = lab;
+    let Lab { sheets, studies, messages, document, .. } = lab;
     let taken = sheets.help
         || sheets.palette.is_some()
         || sheets.open.is_some()
@@ -379,6 +392,8 @@ fn escape(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
         messages.gpu_error = None;
     } else if open {
         sheets.warnings_read = Some(document.opened.clone());
+    } else if let Some(study) = studies.open {
+        out.push(Command::ToggleStudy(study));
     } else if document.arrangement() != Arrangement::One {
         out.push(Edit::Arrange(Arrangement::One).into());
     }

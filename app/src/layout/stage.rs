@@ -18,8 +18,8 @@ const BETWEEN: f32 = 2.0 * GRID;
 /// Width of the frame around the active one.
 const FRAME: f32 = 2.0;
 
-/// Draws the pictures over all that is left of `ui`. `legend`: on or beside each. Returns where they are.
-pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) -> Rect {
+/// Draws the pictures over all that is left of `ui`. `legend`: on or beside each.
+pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) {
     let place = ui.available_rect_before_wrap();
     let cursor = lab.panes.cursor();
     ui.painter().rect_filled(place, 0.0, ui.visuals().panel_fill);
@@ -31,12 +31,10 @@ pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<C
         Arrangement::Wipe => wipe_ui(ui, lab, place, legend, out),
         Arrangement::Flip => flip_ui(ui, lab, place, legend, out),
     }
-    ui.advance_cursor_after_rect(place);
     if lab.panes.cursor() != cursor {
         // The other pictures were drawn with the place where the mouse was before.
         ui.ctx().request_repaint_after(std::time::Duration::from_millis(1));
     }
-    place
 }
 
 /// One picture over `viewport`, as far as it lies in `clip`.

@@ -11,9 +11,10 @@ use crate::state::command::Command;
 use crate::state::document::Document;
 use crate::state::edit::Edit;
 use crate::state::keys::{EQUAL, bindings};
+use crate::state::study::Study;
 
 /// The layouts in one menu.
-pub fn layout_menu(ui: &mut Ui, document: &Document, width: f32, out: &mut Vec<Command>) {
+pub fn layout_menu(ui: &mut Ui, document: &Document, study: Option<Study>, width: f32, out: &mut Vec<Command>) {
     let response = ComboBox::from_id_salt("layout menu")
         .width(width)
         .truncate()
@@ -27,6 +28,16 @@ pub fn layout_menu(ui: &mut Ui, document: &Document, width: f32, out: &mut Vec<C
                 let on = arrangement == document.arrangement();
                 let row = ui.add(Button::selectable(on, arrangement.name()).shortcut_text(key));
                 if row.accessible_name(format!("Layout: {}", arrangement.name())).clicked() {
+                    out.push(command);
+                    ui.close();
+                }
+            }
+            ui.separator();
+            for entry in Study::ALL {
+                let command = Command::ToggleStudy(entry);
+                let key = keys.iter().find(|action| action.command == command).map_or("", |action| action.keys);
+                let row = ui.add(Button::selectable(study == Some(entry), entry.name()).shortcut_text(key));
+                if row.accessible_name(format!("Study: {}", entry.name())).clicked() {
                     out.push(command);
                     ui.close();
                 }

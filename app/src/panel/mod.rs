@@ -19,6 +19,7 @@ pub mod save;
 pub mod scene;
 pub mod status;
 pub mod strategy;
+pub mod study;
 pub mod table;
 pub mod table_job;
 pub mod warnings;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::ThemePreference;
 
 use super::edit::Edit;
+use super::study::Study;
 use crate::look::zoom::ZoomStep;
 
 /// One action.
@@ -19,6 +20,9 @@ pub enum Command {
     ActivateNext,
     /// Keeps the frame on screen, to compare what comes with it.
     Keep,
+
+    /// Opens a study, or closes it.
+    ToggleStudy(Study),
 
     /// Sets the exposure from the picture, once, in plain sight.
     Normalise,

@@ -9,6 +9,7 @@ use crate::look::zoom::ZoomStep;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::{Command, Shipped};
 use crate::state::edit::{Edit, SppTarget};
+use crate::state::study::Study;
 use crate::state::view::ToneMap;
 
 /// A command with its name and, perhaps, its key.
@@ -39,6 +40,7 @@ pub fn bindings() -> Vec<Action> {
         let name = format!("{} ({})", strategy_name(s), s.name());
         action("Strategy", &name, keys, PLAIN, key, Edit::SetStrategy(s).into())
     };
+    let study = |keys, modifiers, key, s: Study| action("Study", s.name(), keys, modifiers, key, Command::ToggleStudy(s));
     let layout = |keys, key, a: Arrangement| action("Layout", a.name(), keys, PLAIN, key, Edit::Arrange(a).into());
     vec![
         strategy("1", Key::Num1, Strategy::Light),
@@ -55,6 +57,11 @@ pub fn bindings() -> Vec<Action> {
         action("Layout", "Controls for the next picture", "X", PLAIN, Key::X, Command::ActivateNext),
         action("Layout", "Keep the picture, go on beside it", "K", PLAIN, Key::K, Command::Keep),
         action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
+        study("G", PLAIN, Key::G, Study::Convergence),
+        study("M", PLAIN, Key::M, Study::Means),
+        study("P", PLAIN, Key::P, Study::Pyramid),
+        study("Shift+G", SHIFT, Key::G, Study::Grid),
+        study("Shift+P", SHIFT, Key::P, Study::Plane),
         action("Rendering", "Pause, go on", "Space", PLAIN, Key::Space, Command::TogglePause),
         action("Rendering", "One pass", "S", PLAIN, Key::S, Command::Step),
         action("Rendering", "Restart", "Backspace", PLAIN, Key::Backspace, Command::Restart),

@@ -13,4 +13,5 @@ pub mod paths;
 pub mod placement;
 pub mod prefs;
 pub mod presses;
+pub mod study;
 pub mod view;

@@ -1,0 +1,38 @@
+//! Studies: what is looked at beside the pictures or in their place.
+
+pub mod convergence;
+pub mod grid;
+pub mod means;
+pub mod plane;
+pub mod pyramid;
+
+use crate::picture::live::LivePicture;
+use crate::state::document::Document;
+use crate::state::study::Study;
+
+/// All studies, and which is open. What one has found stays when it is closed.
+#[derive(Default)]
+pub struct Studies {
+    /// The one on screen.
+    pub open: Option<Study>,
+    /// Its state, as that of each.
+    pub convergence: convergence::Convergence,
+    /// See [`Self::convergence`].
+    pub means: means::Means,
+    /// See [`Self::convergence`].
+    pub pyramid: pyramid::Pyramid,
+    /// See [`Self::convergence`].
+    pub grid: grid::Grid,
+    /// See [`Self::convergence`].
+    pub plane: plane::Plane,
+}
+
+/// What a study is about.
+pub struct Subject<'a> {
+    /// Scene and settings.
+    pub document: &'a Document,
+    /// A live picture for each slot of the document.
+    pub pictures: &'a [LivePicture],
+    /// Worker threads, for renderers of its own.
+    pub threads: usize,
+}
