@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use mislab_renderer::memory::Need;
 use mislab_renderer::snapshot::Contents;
-use mislab_renderer::{FrameStats, pbrt, snapshot};
+use mislab_renderer::{FrameStats, Request, Strategy, pbrt, snapshot};
 use serde_json::Value;
 
 /// A folder of its own to run the program in.
@@ -198,7 +199,7 @@ fn standard_output_is_for_results_and_a_pipe_gets_no_bar() {
     assert_eq!(ran.err.lines().count(), 1, "only the summary: {}", ran.err);
     ran.expect_err(&["veach_mis.exr: mis_all, 64 spp, ", "M paths in ", "Mpaths/s"]);
     assert_eq!(place.files(), ["veach_mis.exr"], "the Film's filename");
-    let quiet = place.run(SMALL);
+    let quiet = place.run(&format!("{SMALL} --outfile quiet.exr"));
     assert_eq!((quiet.out.as_str(), quiet.err.as_str()), ("", ""));
 }
 
@@ -355,9 +356,10 @@ fn failed_runs_exit_with_1_and_say_where() {
     place.write("text.exr", "not a picture");
     place.write("bad.pbrt", "Film \"image\"\n  Integrator \"veachMis\"\nWorldBegin\nWorldEnd\n");
     place.write("film.pbrt", &scene_with_header("Film \"image\" \"string filename\" [\"a.pfm\"]"));
+    place.write("colon.pbrt", &scene_with_header("Film \"image\" \"string filename\" [\"a?b.exr\"]"));
     place.write("old.exr", "an older file");
     let before = place.files();
-    let cases: [(&str, &[&str]); 11] = [
+    let cases: [(&str, &[&str]); 16] = [
         ("render none.pbrt", &["none.pbrt: cannot read: no such file in /"]),
         ("render bat.pbrt", &["bat.pbrt: cannot read", "did you mean \"bad.pbrt\"?"]),
         ("info txt.exr", &["txt.exr: cannot read", "did you mean \"text.exr\"?"]),
@@ -367,6 +369,11 @@ fn failed_runs_exit_with_1_and_say_where() {
         ("render film.pbrt", &["film.pbrt: ", "a.pfm", "--outfile"]),
         ("render --outfile none/a.exr", &["none/a.exr: cannot save", "none"]),
         ("render --json none/a.json", &["none/a.json: cannot save"]),
+        ("render --outfile CON.exr", &["CON.exr: cannot save: Windows keeps the name CON"]),
+        ("render --outfile a:b.exr", &["a:b.exr: cannot save: Windows cannot hold :"]),
+        ("render colon.pbrt", &["a?b.exr: cannot save: Windows cannot hold ?"]),
+        (&format!("render --outfile {}.exr", "x".repeat(300)), &["300 bytes, expected at most 200"]),
+        ("converge --csv nul.csv", &["nul.csv: cannot save"]),
         ("compare text.exr old.exr", &["text.exr: "]),
         ("info text.exr", &["text.exr: "]),
     ];
@@ -390,7 +397,7 @@ fn what_is_not_understood_is_said_once_and_does_not_stop() {
     let ran = place.run("render odd.pbrt --size 8x8 --spp 1");
     ran.expect_code(0).expect_err(&["odd.pbrt:1:1: warning: ", "Frobnicate", "odd.pbrt:2:", "shine"]);
     assert_eq!(ran.err.matches("warning:").count(), 2, "{}", ran.err);
-    assert_eq!(place.run("render odd.pbrt --size 8x8 --spp 1 --quiet").err, "");
+    assert_eq!(place.run("render odd.pbrt --size 8x8 --spp 1 --quiet --outfile odd.exr").err, "");
 }
 
 #[test]
@@ -583,6 +590,40 @@ fn info_shows_what_pictures_of_other_programs_hold() {
     }
 }
 
+/// What is foreseen is what is taken, on the safe side: the peak of the whole process less what it takes for a tiny picture.
+#[test]
+#[cfg(target_os = "linux")]
+fn the_memory_of_a_picture_is_foreseen() {
+    let place = Place::new();
+    let peak = |line: &str| {
+        let mut child = place.command(line).stderr(Stdio::null()).spawn().expect("the program starts");
+        let status = format!("/proc/{}/status", child.id());
+        let mut peak = 0;
+        while child.try_wait().expect("it can be asked").is_none() {
+            let text = std::fs::read_to_string(&status).unwrap_or_default();
+            let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+            let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok());
+            peak = kilobytes.unwrap_or(0).max(peak);
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        peak * 1024
+    };
+    let nothing = peak("render --size 8x8 --spp 2 --quiet --outfile small.exr");
+    for strategy in [Strategy::Light, Strategy::MisAll] {
+        let name = strategy.name();
+        let taken = peak(&format!("render --size 900x900 --spp 2 --strategy {name} --quiet --outfile {name}.exr"));
+        let taken = taken.saturating_sub(nothing);
+        let file = pbrt::embedded_scene();
+        let mut settings = file.settings;
+        settings.image.resolution = [900, 900];
+        settings.estimator.strategy = strategy;
+        settings.sampling.spp = std::num::NonZeroU32::new(2);
+        let foreseen = Need::of(&Request { scene: std::sync::Arc::new(file.scene), settings }).total();
+        let share = taken as f64 / foreseen as f64;
+        assert!((0.7..1.0).contains(&share), "{name}: {taken} bytes of {foreseen} foreseen");
+    }
+}
+
 /// With less memory than the picture takes there is a message, and no core dump.
 #[test]
 #[cfg(target_os = "linux")]
@@ -597,7 +638,7 @@ fn a_picture_too_large_for_the_memory_is_refused_in_words() {
         Ran::new(line, command.output().expect("a shell"))
     };
     let big = run("render --size 5000x5000 --spp 1 --nthreads 1 --outfile a.exr");
-    big.expect_code(1).expect_err(&["takes about 9.1 GB", "film 2.6 GB", " are free", "crop window"]);
+    big.expect_code(1).expect_err(&["takes about 3.9 GB", "film 2.6 GB", " are free", "crop window"]);
     assert!(place.files().is_empty());
     run("render --size 64x64 --spp 1 --nthreads 1 --quiet --outfile b.exr").expect_code(0);
     run("render --size 5000x5000 --cropwindow 0 0.1 0 0.1 --spp 1 --nthreads 1 --quiet --outfile c.exr").expect_code(0);
@@ -790,7 +831,52 @@ fn without_a_display_the_pictures_and_the_table_are_made() {
     for file in TUTORIAL_FILES {
         assert_eq!(place.image(file).display.size, [24, 20], "{file}");
     }
-    place.run("none.pbrt").expect_code(1).expect_err(&["none.pbrt: cannot read"]);
+    let ran = place.run("none.pbrt");
+    ran.expect_code(1).expect_err(&["none.pbrt: cannot read"]);
+    assert!(!ran.err.contains("Rendering"), "nothing is announced that does not happen: {}", ran.err);
+}
+
+/// The names that nobody named on the command line: the Film's, and that of a picture rendered again.
+#[test]
+fn only_a_file_named_on_the_command_line_is_replaced() {
+    let place = Place::new();
+    let film =
+        "Film \"image\" \"integer xresolution\" [16] \"integer yresolution\" [16] \"string filename\" [\"a.exr\"]";
+    place.write("a.pbrt", &scene_with_header(film));
+    place.run("render a.pbrt --spp 1 --quiet --outfile one.exr").expect_code(0);
+    for own in ["a.exr", "one_again.exr"] {
+        place.write(own, "somebody's own");
+    }
+    for (line, own, saved) in [
+        ("render a.pbrt --spp 1", "a.exr", "a_2.exr"),
+        ("render a.pbrt --spp 1 --quiet", "a.exr", "a_3.exr"),
+        ("render a.pbrt --quick", "a.exr", "a_4.exr"),
+        ("render one.exr --quiet", "one_again.exr", "one_again_2.exr"),
+    ] {
+        let kept = format!("{own}: was there before and is kept as it was, the picture is {saved}");
+        place.run(line).expect_code(0).expect_err(&[&kept]);
+        assert_eq!(std::fs::read_to_string(place.path(own)).expect("is there"), "somebody's own", "{line}");
+        assert!(place.files().contains(&saved.to_owned()), "{line}: {:?}", place.files());
+    }
+    assert_eq!(place.json("render a.pbrt --spp 1")["outfile"], "a_5.exr");
+    place.run("render a.pbrt --spp 1 --outfile a.exr").expect_code(0);
+    assert_eq!(place.image("a.exr").window.size, [16, 16], "named, it is replaced");
+}
+
+#[test]
+fn a_black_picture_says_why_in_tables_and_curves() {
+    let place = Place::new();
+    let film = "Film \"image\" \"integer xresolution\" [16] \"integer yresolution\" [16]";
+    let dark = scene_with_header(film).replace("AreaLightSource", "#");
+    place.write("dark.pbrt", &dark);
+    let why = "no light reaches this picture directly";
+    let ran = place.run("converge dark.pbrt --quiet --at 1,2 --replicates 2 --strategies mis_all");
+    ran.expect_err(&["dark.pbrt: warning: ", why]);
+    assert!(!ran.out.contains("0.00000"), "one number format: {}", ran.out);
+    // A table needs lights: they shine inwards.
+    let inwards = scene_with_header(film).replace("AreaLightSource", "ReverseOrientation AreaLightSource");
+    place.write("inwards.pbrt", &inwards);
+    place.run("table inwards.pbrt --quiet --size 16x16").expect_err(&["veachMIS_MIS.exr: warning: ", why]);
 }
 
 #[test]

@@ -367,8 +367,31 @@ fn files_of_several_parts_say_what_they_hold() {
     let said: Vec<_> =
         info.parts.iter().map(|p| (p.name.as_deref(), p.window.size, p.channels[0].name.as_str())).collect();
     assert_eq!(said, [(Some("beauty"), [8, 8], "R"), (Some("depth"), [4, 4], "Z")]);
-    let error = load_image(&path).expect_err("two pictures").to_string();
-    assert!(error.contains("2 parts"), "{error}");
+    // The first is shown.
+    let image = load_image(&path).expect("the first part");
+    assert_eq!((image.window.size, image.channels.len()), ([8, 8], 1));
+    assert_eq!(image.channel("R").map(|values| values[63]), Some(63.0));
+    let error = restore(&path).expect_err("another program's").to_string();
+    assert!(error.contains("not written by MIS Lab"), "{error}");
+}
+
+#[test]
+fn files_that_end_early_are_said_to() {
+    let folder = folder();
+    let path = folder.path().join("empty.exr");
+    std::fs::write(&path, "").expect("writes");
+    let reads: [fn(&std::path::Path) -> Option<mislab_renderer::Error>; 3] =
+        [|path| load_image(path).err(), |path| restore(path).err(), |path| info(path).err()];
+    for read in reads {
+        let error = read(&path).expect("an error").to_string();
+        assert!(error.contains("empty.exr: the file is empty"), "{error}");
+    }
+    // The magic number, the version, and the first letters of an attribute.
+    std::fs::write(&path, b"\x76\x2f\x31\x01\x02\0\0\0chan").expect("writes");
+    for read in reads {
+        let error = read(&path).expect("an error").to_string();
+        assert!(error.contains("ends early"), "{error}");
+    }
 }
 
 /// The header of a file whose pixels hold many samples each, which no library of ours decodes.

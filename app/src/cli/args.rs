@@ -62,7 +62,8 @@ pub(super) struct RenderArgs {
     pub(super) how: HowArgs,
 
     /// File to save: .exr with all layers and settings, or .png, 8 bits, sRGB-encoded, clipped to [0, 1]
-    /// [default: the Film's filename; for a picture NAME.exr rendered again, NAME_again.exr]
+    /// [default: the Film's filename; for a picture NAME.exr rendered again, NAME_again.exr; or
+    /// the next free name where that is taken: only a FILE named here is replaced]
     #[arg(long, value_name = "FILE", value_parser = picture_file)]
     pub(super) outfile: Option<PictureFile>,
 

@@ -1,7 +1,10 @@
 //! `mislab converge`: how the error of each strategy falls with the samples.
 
+use std::num::NonZeroU32;
+
+use mislab_renderer::black::why_black;
 use mislab_renderer::convergence::{Options, converge};
-use mislab_renderer::{Request, snapshot};
+use mislab_renderer::{Request, SamplerSettings, Strategy, snapshot};
 
 use super::args::{ConvergeArgs, Counts};
 use super::failure::Failure;
@@ -27,6 +30,9 @@ pub(super) fn run(args: ConvergeArgs) -> Result<(), Failure> {
         }
         all
     });
+    if let Some(why) = why_black_at_once(&request, how.nthreads)? {
+        output::message(&format!("{}: warning: {why}", input.source));
+    }
     let image = reference.as_deref().map(snapshot::load_image).transpose()?;
     let options = Options { strategies, at, replicates, by_square, reference: image, threads: how.nthreads };
     let found = {
@@ -51,4 +57,15 @@ pub(super) fn run(args: ConvergeArgs) -> Result<(), Failure> {
         csv.write_text(&found.to_csv())?;
     }
     json.map_or(Ok(()), |json| json.write(&found))
+}
+
+/// Why every curve will be one of a black picture, also with --quiet; from a few samples of both techniques.
+fn why_black_at_once(request: &Request, threads: usize) -> Result<Option<String>, Failure> {
+    const SPP: NonZeroU32 = NonZeroU32::new(4).expect("not 0");
+    let Request { scene, mut settings } = request.clone();
+    settings.estimator.strategy = Strategy::MisAll;
+    settings.sampling.spp = Some(SPP);
+    settings.sampling.sampler.strata = SamplerSettings::strata_for(SPP.get());
+    let frame = mislab_renderer::render(&Request { scene, settings }, threads, &mut |_| true)?;
+    Ok(why_black(&frame))
 }

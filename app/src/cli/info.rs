@@ -45,7 +45,7 @@ fn part_text(part: &Part) -> String {
     if *deep {
         text.push_str("deep: many samples a pixel\n");
     }
-    let _ = writeln!(text, "\n{} channels", channels.len());
+    let _ = writeln!(text, "\n{}", counted(channels.len(), "channel"));
     let widest = channels.iter().map(|channel| shown(&channel.name).chars().count()).max().unwrap_or(0);
     for channel in channels {
         let sampling = match channel.sampling {
@@ -57,10 +57,15 @@ fn part_text(part: &Part) -> String {
     // What has been said above is left out.
     let said = ["channels", "dataWindow", "displayWindow"];
     let rest: Vec<_> = attributes.iter().filter(|(name, _)| !said.contains(&name.as_str())).collect();
-    let _ = writeln!(text, "\n{} attributes", rest.len());
+    let _ = writeln!(text, "\n{}", counted(rest.len(), "attribute"));
     let widest = rest.iter().map(|(name, _)| shown(name).chars().count()).max().unwrap_or(0);
     for (name, value) in rest {
         let _ = writeln!(text, "{:<widest$}  {}", shown(name), shown(value));
     }
     text
+}
+
+/// "1 channel", "3 channels".
+fn counted(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }

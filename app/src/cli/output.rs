@@ -1,6 +1,7 @@
 //! Where results go: standard output, files that appear whole or not at all, and messages on standard error.
 
 use std::convert::Infallible;
+use std::ffi::OsStr;
 use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -8,7 +9,9 @@ use std::str::FromStr;
 use mislab_renderer::{Frame, Layer, snapshot};
 
 use super::failure::Failure;
+use crate::files::saving::write_free;
 use crate::picture::still::render_to_rgba8;
+use crate::state::file_name;
 use crate::state::paths::expand_home;
 use crate::state::view::{ToneMap, ViewState};
 
@@ -96,22 +99,51 @@ impl PictureFile {
         check_place(&self.path)
     }
 
-    /// Saves the picture; returns what the user should know about the file.
+    /// Saves the picture, over an older file of that name.
+    ///
+    /// Returns what the user should know about the file.
     pub(super) fn save(&self, frame: &Frame) -> Result<Option<String>, Failure> {
+        let (bytes, notice) = self.encode(frame)?;
+        snapshot::write_file(&self.path, &bytes)?;
+        Ok(notice)
+    }
+
+    /// Saves the picture under this name or, if a file has it, under the next free one, which becomes the name of this.
+    ///
+    /// Returns what the user should know about the file, and the name of the file that was kept.
+    pub(super) fn save_beside(&mut self, frame: &Frame) -> Result<(Option<String>, Option<PathBuf>), Failure> {
+        let (bytes, notice) = self.encode(frame)?;
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let part = |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+        let (stem, extension) = (part(self.path.file_stem()), part(self.path.extension()));
+        let path = write_free(folder, &stem, &[(&extension, bytes)])?;
+        let wanted = std::mem::replace(&mut self.path, path);
+        Ok((notice, Some(wanted).filter(|wanted| *wanted != self.path)))
+    }
+
+    fn encode(&self, frame: &Frame) -> Result<(Vec<u8>, Option<String>), Failure> {
         if !self.is_png {
-            return Ok(snapshot::save(frame, &self.path, &snapshot::SaveOptions::default())?.notice);
+            return Ok(snapshot::encode(frame, &snapshot::SaveOptions::default())?);
         }
         let view = ViewState { tone_map: ToneMap::SrgbClip, ..ViewState::default() };
         let (width, height, rgba) = render_to_rgba8(frame, Layer::Picture, &view, true);
         let bytes = crate::files::png_file::encode(width, height, &rgba)
             .map_err(|error| Failure::Run(format!("{}: cannot encode: {error}", self.path.display())))?;
-        snapshot::write_file(&self.path, &bytes)?;
-        Ok(None)
+        Ok((bytes, None))
     }
 }
 
-/// Finds out before hours of rendering that a file could not be saved: its folder is missing, or it is a folder itself.
+/// Says that a file was there before and another name was taken.
+pub(super) fn kept(file: &Path, instead: &Path) -> String {
+    format!("{}: was there before and is kept as it was, the picture is {}", file.display(), instead.display())
+}
+
+/// Finds out before hours of rendering that a file could not be saved: its folder is missing, it is a folder itself, or its
+/// name is one that some machine cannot hold.
 pub(super) fn check_place(path: &Path) -> Result<(), Failure> {
+    // The same pictures are handed in from another machine.
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    file_name::check(&name).map_err(|why| Failure::Run(format!("{}: cannot save: {why}", path.display())))?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
         return Err(Failure::Run(format!("{}: cannot save: there is no folder {}", path.display(), folder.display())));

@@ -36,7 +36,9 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
     }
     let request = request(&args.picture, Request { scene: input.scene.clone(), settings })?;
 
-    let outfile = match args.outfile {
+    // Only a file that is named here is replaced.
+    let asked_for = args.outfile.is_some();
+    let mut outfile = match args.outfile {
         Some(file) => file,
         None => {
             let name = input.picture_name(request.settings.estimator.strategy);
@@ -60,7 +62,11 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
             true
         })?
     };
-    let notice = outfile.save(&frame)?;
+    let (notice, kept) = if asked_for { (outfile.save(&frame)?, None) } else { outfile.save_beside(&frame)? };
+    if let Some(kept) = kept {
+        // Also with --quiet: the picture is not where it is looked for.
+        output::message(&output::kept(&kept, outfile.path()));
+    }
     let bias = frame.request().settings.estimator.bias().map(str::to_owned);
     let mut report = Report::new(&input, &frame, &outfile);
     let about_picture: Vec<String> = notice.into_iter().chain(report.invalid()).chain(bias).collect();

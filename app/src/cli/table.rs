@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mislab_renderer::snapshot::{self, Contents, SaveOptions};
+use mislab_renderer::black::why_black;
+use mislab_renderer::snapshot::{self, SaveOptions};
 use mislab_renderer::table::{Table, TableOptions, TutorialRun, run_table};
 use mislab_renderer::{Frame, Settings};
 
@@ -16,7 +17,8 @@ use crate::files::saving::write_free;
 
 pub(super) fn run(args: TableArgs) -> Result<(), Failure> {
     let TableArgs { scene, size, outdir, format, how } = args;
-    let table = render(scene.as_deref(), size, Place { folder: &outdir, asked_for: true }, &how)?;
+    let input = Input::load(scene.as_deref())?;
+    let table = render(&input, size, Place { folder: &outdir, asked_for: true }, &how)?;
     output::print(&match format.as_str() {
         "csv" => table.to_csv(),
         "json" => table.to_json(),
@@ -26,12 +28,14 @@ pub(super) fn run(args: TableArgs) -> Result<(), Failure> {
 
 /// What `mislab` does where no window can be opened: the lesson's results all the same.
 pub(super) fn instead_of_window(scene: Option<PathBuf>, reason: &str) -> Result<(), Failure> {
+    // A scene that cannot be read is all there is to say.
+    let input = Input::load(scene.as_deref())?;
     output::message(&format!(
         "No window: {reason}.\nRendering the tutorial's pictures and table into this folder instead; \
          `mislab --help` lists what else works without a window."
     ));
     let how = HowArgs { nthreads: 0, quiet: false };
-    let table = render(scene.as_deref(), None, Place { folder: Path::new("."), asked_for: false }, &how)?;
+    let table = render(&input, None, Place { folder: Path::new("."), asked_for: false }, &how)?;
     output::print(&table.to_markdown())
 }
 
@@ -44,8 +48,7 @@ struct Place<'a> {
 }
 
 /// Renders everything, saves the pictures as they are finished and returns the table.
-fn render(scene: Option<&Path>, size: Option<[u32; 2]>, place: Place<'_>, how: &HowArgs) -> Result<Table, Failure> {
-    let input = Input::load(scene)?;
+fn render(input: &Input, size: Option<[u32; 2]>, place: Place<'_>, how: &HowArgs) -> Result<Table, Failure> {
     input.warn(how.quiet);
     // The tutorial's own scene has one size, its headers have two; other scenes have their own.
     let own_size = Some(input.settings.image.resolution).filter(|size| *size != Settings::default().image.resolution);
@@ -62,6 +65,10 @@ fn render(scene: Option<&Path>, size: Option<[u32; 2]>, place: Place<'_>, how: &
                 Ok(line) if !how.quiet => bar.message(&line),
                 Ok(_) => {}
                 Err(error) => failure = Some(error),
+            }
+            // Also with --quiet, as of a single picture.
+            if let Some(why) = why_black(frame) {
+                bar.message(&format!("{}: warning: {why}", run.file));
             }
         }
         failure.is_none()
@@ -80,7 +87,7 @@ fn save(run: &TutorialRun, frame: &Arc<Frame>, place: Place<'_>) -> Result<Strin
         let notice = snapshot::save(frame, &wanted, &SaveOptions::default())?.notice;
         (wanted.clone(), notice)
     } else {
-        let (bytes, notice) = Contents::from_frame(frame).encode(&SaveOptions::default())?;
+        let (bytes, notice) = snapshot::encode(frame, &SaveOptions::default())?;
         let stem = Path::new(run.file).file_stem().unwrap_or_default().to_string_lossy();
         (write_free(place.folder, &stem, &[("exr", bytes)])?, notice)
     };
@@ -88,7 +95,7 @@ fn save(run: &TutorialRun, frame: &Arc<Frame>, place: Place<'_>) -> Result<Strin
     let mut said =
         format!("{}: {}, {} spp, {:.2} s", path.display(), run.strategy.name(), frame.spp(), stats.render_seconds);
     if path != wanted {
-        said += &format!("\n{}: was there before and is kept as it was", wanted.display());
+        said += &format!("\n{}", output::kept(&wanted, &path));
     }
     if let Some(notice) = notice {
         said += &format!("\n{}: warning: {notice}", run.file);

@@ -58,7 +58,7 @@ pub fn read(path: PathBuf, before: &[Watched]) -> Reading {
         .into_iter()
         .map(|file| {
             let stamp = stamp_of(&file);
-            Watched::new(file, stamp)
+            Watched::new(file, stamp, before)
         })
         .collect();
     let outcome = outcome

@@ -43,13 +43,18 @@ pub struct Watched {
     pub path: PathBuf,
     /// `None` if it was not there.
     pub stamp: Option<Stamp>,
-    /// Its lines, if it is a text that people edit.
+    /// Its lines, if it is a text that people edit; of one that is gone, the last that were read.
     pub text: Option<Arc<str>>,
 }
 
 impl Watched {
-    /// The file as it is now; `stamp` from before it was read.
-    pub fn new(path: PathBuf, stamp: Option<Stamp>) -> Self {
+    /// The file as it is now; `stamp` from before it was read. One that is not there has the text that it had `before`: it may
+    /// be written again.
+    pub fn new(path: PathBuf, stamp: Option<Stamp>, before: &[Self]) -> Self {
+        if stamp.is_none() {
+            let text = before.iter().find(|file| file.path == path).and_then(|file| file.text.clone());
+            return Self { path, stamp, text };
+        }
         let text = stamp.filter(|stamp| stamp.bytes <= MOST_TEXT && is_scene(&path));
         let text = text.and_then(|_| fs::read(&path).ok()).map(|bytes| String::from_utf8_lossy(&bytes).into());
         Self { path, stamp, text }
@@ -141,7 +146,7 @@ pub fn changes(before: &[Watched], after: &[Watched]) -> String {
         // The scene file itself is named elsewhere.
         let of = |lines: String| if index == 0 { lines } else { format!("{lines} of {}", name()) };
         match before.iter().find(|old| old.path == new.path) {
-            Some(Watched { text: Some(old), .. }) if new.text.is_some() => {
+            Some(Watched { text: Some(old), .. }) if new.stamp.is_some() && new.text.is_some() => {
                 let new = new.text.as_deref().unwrap_or_default();
                 said.extend(changed_lines(old, new).map(of));
             }
@@ -187,7 +192,11 @@ mod tests {
     use super::*;
 
     fn read(paths: &[&Path]) -> Vec<Watched> {
-        paths.iter().map(|path| Watched::new(path.to_path_buf(), stamp(path))).collect()
+        read_after(&[], paths)
+    }
+
+    fn read_after(before: &[Watched], paths: &[&Path]) -> Vec<Watched> {
+        paths.iter().map(|path| Watched::new(path.to_path_buf(), stamp(path), before)).collect()
     }
 
     #[test]
@@ -206,6 +215,19 @@ mod tests {
         ] {
             assert_eq!(changed_lines(old, new).as_deref(), words, "{new:?}");
         }
+    }
+
+    #[test]
+    fn a_file_that_was_gone_for_long_is_compared_with_what_it_was() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let main = folder.path().join("main.pbrt");
+        fs::write(&main, "one\ntwo\n").expect("write");
+        let first = read(&[&main]);
+        fs::remove_file(&main).expect("remove");
+        let gone = read_after(&first, &[&main]);
+        assert_eq!(changes(&first, &gone), "main.pbrt");
+        fs::write(&main, "one\n2\n").expect("write");
+        assert_eq!(changes(&gone, &read_after(&gone, &[&main])), "line 2");
     }
 
     #[test]

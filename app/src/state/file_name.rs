@@ -16,7 +16,7 @@ pub fn check(name: &str) -> Result<(), String> {
         return Err("a name is missing".into());
     }
     if let Some(slash) = name.chars().find(|c| matches!(c, '/' | '\\')) {
-        return Err(format!("a name has no {slash} in it: the folder stands in the field below"));
+        return Err(format!("a name has no {slash} in it: folders are named apart from it"));
     }
     if name == "." || name == ".." {
         return Err(format!("{name} is a folder, expected a name"));

@@ -11,6 +11,7 @@ use super::log::{Log, Pos, shown};
 use super::material::{Materials, read_bsdf};
 use super::params::{Params, named, nothing, numbers, single_name};
 use super::parser::Directive;
+use super::same_place::warn_of_twins;
 use super::shape::{Placement, enlarge, read_area_light, read_shape};
 use super::transform::{Transform, flaw};
 use super::{SceneFile, header};
@@ -91,6 +92,8 @@ pub(super) struct Builder {
     foreign_integrator: Option<String>,
     has_sampler: bool,
     has_integrator: bool,
+    /// Where each of [`SETTINGS`] stands, for messages.
+    settings_at: HashMap<String, Pos>,
     camera: Option<Camera>,
     materials: Materials,
     shapes: Vec<Shape>,
@@ -117,6 +120,7 @@ impl Default for Builder {
             foreign_integrator: None,
             has_sampler: false,
             has_integrator: false,
+            settings_at: HashMap::new(),
             camera: None,
             materials: Materials::default(),
             shapes: Vec::new(),
@@ -155,6 +159,15 @@ impl Builder {
         }
         let name = d.name.clone();
         let (kind, params) = named(d, log)?;
+        // pbrt-v2 has another word for the same.
+        let role = if name == "SurfaceIntegrator" { "Integrator" } else { name.as_str() };
+        if let Some(before) = self.settings_at.insert(role.to_owned(), at) {
+            let line = log.locate(before).line;
+            log.warn(
+                at,
+                format!("{name} once more, after that of line {line}; as in pbrt this one counts, as a whole"),
+            );
+        }
         self.header_directive(&name, &kind, params, at, log)
     }
 
@@ -163,7 +176,10 @@ impl Builder {
         let at = d.at;
         match d.name.as_str() {
             "Identity" | "Translate" | "Scale" | "Rotate" | "LookAt" | "Transform" | "ConcatTransform"
-            | "CoordinateSystem" | "CoordSysTransform" => self.transformation(&mut d, log),
+            | "CoordinateSystem" | "CoordSysTransform" => {
+                let transformed = self.transformation(&mut d, log);
+                transformed.or_else(|e| log.leave_out(e, "it is left out, and what follows is drawn without it"))
+            }
             "WorldBegin" => {
                 nothing(&d, log);
                 if self.phase != Phase::Header {
@@ -450,6 +466,7 @@ impl Builder {
         for (shape, at) in self.shapes.iter_mut().zip(&self.places) {
             enlarge(shape, &camera, *at, log);
         }
+        warn_of_twins(&self.shapes, &self.places, log);
         let (materials, index) = self.materials.finish();
         for shape in &mut self.shapes {
             shape.material = shape.material.and_then(|i| index[i]);

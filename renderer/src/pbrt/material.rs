@@ -72,12 +72,14 @@ impl Materials {
     /// `NamedMaterial`: the index of the definition, or an error that lists the names there are.
     pub fn find(&self, name: &str, at: Pos, log: &Log) -> Result<usize, Error> {
         self.by_name.get(name).copied().ok_or_else(|| {
-            let mut names: Vec<&str> = self.definitions.iter().filter_map(|d| d.name.as_deref()).take(8).collect();
+            let mut names: Vec<&str> = self.definitions.iter().filter_map(|d| d.name.as_deref()).collect();
             names.dedup();
+            let guess = suggestion(name, &names);
+            names.truncate(8);
             let expected = if names.is_empty() {
                 "but no MakeNamedMaterial comes before it".to_owned()
             } else {
-                format!("expected one defined before it: {}", names.join(", "))
+                format!("expected one defined before it: {}{guess}", names.join(", "))
             };
             log.error(at, format!("NamedMaterial {}, {expected}", shown(name)))
         })

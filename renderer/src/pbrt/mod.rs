@@ -20,6 +20,7 @@ mod material;
 mod params;
 mod parser;
 mod ply;
+mod same_place;
 mod shape;
 mod transform;
 

@@ -64,7 +64,11 @@ impl Params {
             match params.pair(declaration, &mut items, log) {
                 Ok((param, None)) => {
                     // As in pbrt, of two equal parameters the last counts.
-                    params.list.retain(|p| p.name != param.name);
+                    if params.position(&param.name).is_some() {
+                        let (owner, name) = (&params.owner, shown(&param.name));
+                        log.warn(param.at, format!("{owner}: parameter {name} is given again; this one counts"));
+                        params.list.retain(|p| p.name != param.name);
+                    }
                     params.list.push(param);
                 }
                 Ok((param, Some(flaw))) => {

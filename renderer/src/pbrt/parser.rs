@@ -35,7 +35,7 @@ pub(super) struct Item {
     pub values: Values,
     /// The first token of it.
     pub at: Pos,
-    /// A number of it is none or too large; 0 stands in its place.
+    /// A number of it is missing, none or too large (0 stands in its place).
     pub flaw: Option<Error>,
 }
 
@@ -234,11 +234,15 @@ impl Parser {
             };
             let at = Pos { source, offset: span.start as u32 };
             let raw = &text[span.clone()];
-            let may_be_comma = token == Some(Token::Word) && matches!(values, Values::Numbers(..)) && !after_comma;
-            if may_be_comma && raw.starts_with(',') {
+            if token == Some(Token::Word) && raw.starts_with(',') {
+                if matches!(values, Values::Numbers(..)) && !after_comma {
+                    let message = "commas between numbers are read as spaces; pbrt-v3 knows none";
+                    log.warn_once(&format!("comma {source}"), at, message);
+                } else if flaw.is_none() {
+                    flaw = Some(log.error(at, "a comma with no number before it"));
+                }
                 after_comma = true;
-                let message = "commas between numbers are read as spaces; pbrt-v3 knows none";
-                log.warn_once(&format!("comma {source}"), at, message);
+                start.get_or_insert(at);
                 frame.offset = span.start + 1;
                 continue;
             }

@@ -1,5 +1,6 @@
 //! Meshes in PLY files, ascii or binary, by the grammar of `ply-rs-bw`.
 
+use std::borrow::Cow;
 use std::io::{BufRead, Cursor};
 use std::path::Path;
 
@@ -7,6 +8,7 @@ use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{Encoding, Property, PropertyAccess, PropertyAccessResult};
 
+use super::lexer::is_no_number;
 use super::limits::{MAX_TRIANGLES, MAX_VERTICES};
 use super::log::shown;
 use super::parser::read_bytes;
@@ -20,6 +22,8 @@ pub(super) struct Ply {
     pub points: Vec<DVec3>,
     /// One for each point, if all have one.
     pub normals: Option<Vec<DVec3>>,
+    /// The first vertex whose normal is none, because of which there are no normals.
+    pub no_normal: Option<usize>,
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -60,7 +64,7 @@ fn read_bytes_as_ply(bytes: &[u8]) -> Result<Ply, String> {
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = parser.read_header(&mut reader).map_err(|e| one_line(&e))?;
-    let mut ply = Ply { points: Vec::new(), normals: Some(Vec::new()), triangles: Vec::new() };
+    let mut ply = Ply { points: Vec::new(), normals: Some(Vec::new()), no_normal: None, triangles: Vec::new() };
     for element in header.elements.values() {
         let name = element.name.as_str();
         let left = bytes.len() as u64 - reader.get_ref().position();
@@ -79,7 +83,7 @@ fn read_bytes_as_ply(bytes: &[u8]) -> Result<Ply, String> {
                 Encoding::Ascii => {
                     line.clear();
                     input.read_line(&mut line).map_err(|e| e.to_string())?;
-                    parser.read_ascii_element(&line, element)
+                    parser.read_ascii_element(&without_words(&line), element)
                 }
                 Encoding::BinaryLittleEndian => parser.read_little_endian_element(input, element),
                 Encoding::BinaryBigEndian => parser.read_big_endian_element(input, element),
@@ -88,10 +92,15 @@ fn read_bytes_as_ply(bytes: &[u8]) -> Result<Ply, String> {
             match name {
                 "vertex" => {
                     ply.points.push(point(&read, i)?);
-                    ply.normals = ply.normals.zip(normal(&read)).map(|(mut normals, normal)| {
-                        normals.push(normal);
-                        normals
-                    });
+                    let normal = normal(&read);
+                    if ply.no_normal.is_none() && normal.is_some_and(|normal| !normal.is_finite()) {
+                        ply.no_normal = Some(i);
+                    }
+                    ply.normals =
+                        ply.normals.zip(normal.filter(|normal| normal.is_finite())).map(|(mut normals, normal)| {
+                            normals.push(normal);
+                            normals
+                        });
                 }
                 "face" => add_face(&mut ply.triangles, &read, i)?,
                 _ => {}
@@ -104,6 +113,16 @@ fn read_bytes_as_ply(bytes: &[u8]) -> Result<Ply, String> {
         None if ply.triangles.is_empty() => Err("no faces, expected a triangle mesh".to_owned()),
         None => Ok(ply),
     }
+}
+
+/// The line with a number that is too large in place of words such as "nan", which the grammar does not know: it is judged
+/// by the property that it stands for.
+fn without_words(line: &str) -> Cow<'_, str> {
+    if !line.contains(['n', 'N']) {
+        return Cow::Borrowed(line);
+    }
+    let words = line.split_whitespace().map(|word| if is_no_number(word) { "1e999" } else { word });
+    Cow::Owned(words.collect::<Vec<_>>().join(" "))
 }
 
 fn point(element: &Element, i: usize) -> Result<DVec3, String> {

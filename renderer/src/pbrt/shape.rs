@@ -14,6 +14,7 @@ use super::parser::Folders;
 use super::ply::{self, Ply};
 use super::transform::{swaps_handedness, uniform_scale};
 use crate::error::Error;
+use crate::near::suggestion;
 
 /// Largest coordinate or radius: what the renderer multiplies them to must stay finite.
 const MAX_LENGTH: f32 = 1e15;
@@ -60,15 +61,19 @@ pub(super) fn read_shape(
                 return Err(log.error(at, "plymesh without \"string filename\""));
             };
             let read = place.folders.find(&name, log).and_then(|path| ply::read(&path));
-            let Ply { points, normals, triangles } =
+            let Ply { points, normals, no_normal, triangles } =
                 read.map_err(|message| log.error(at, format!("plymesh: {message}")))?;
+            if let Some(vertex) = no_normal {
+                let message = format!("plymesh {}: the normal of vertex {vertex} is no number", shown(&name));
+                let instead = "all normals are left out, the order of the vertices decides which side is in front";
+                log.warn(at, format!("{message}; {instead}"));
+            }
             mesh(Mesh { points, normals, triangles }, at, place, log)?
         }
         _ => {
-            let message = format!(
-                "Shape {} is not supported, expected sphere, trianglemesh or plymesh; it is left out",
-                shown(kind)
-            );
+            let guess = suggestion(kind, &["sphere", "trianglemesh", "plymesh"]);
+            let expected = "expected sphere, trianglemesh or plymesh";
+            let message = format!("Shape {} is not supported, {expected}{guess}; it is left out", shown(kind));
             log.warn_once(&format!("shape {kind}"), at, message);
             params.forget();
             return Ok(None);

@@ -1,7 +1,7 @@
 //! From a file to its header, its pixels and the state it was saved in. Nothing in a file is believed.
 
 use std::fs::File;
-use std::io::{BufReader, Seek};
+use std::io::{BufReader, ErrorKind, Seek};
 use std::path::Path;
 
 use exr::image::FlatSamples;
@@ -72,7 +72,10 @@ pub(super) fn restore(path: &Path) -> Result<Restored, Error> {
 
 /// What a file says, whatever it holds.
 fn open(path: &Path) -> Result<(MetaData, File), Error> {
-    let (file, _) = file::open(path, "an EXR file")?;
+    let (file, metadata) = file::open(path, "an EXR file")?;
+    if metadata.len() == 0 {
+        return Err(Error::file(path, "the file is empty, expected an EXR file"));
+    }
     let meta = MetaData::read_from_buffered(BufReader::new(&file), false).map_err(|e| damaged(path, e))?;
     // The crate turns the count into a signed 32-bit attribute and panics beyond.
     if let Some(header) = meta.headers.iter().find(|header| i32::try_from(header.chunk_count).is_err()) {
@@ -81,10 +84,10 @@ fn open(path: &Path) -> Result<(MetaData, File), Error> {
     Ok((meta, file))
 }
 
-/// The header of a single-part flat file.
+/// The header of the first part of a flat file.
 fn flat_part(path: &Path, mut meta: MetaData) -> Result<Header, Error> {
-    if meta.headers.len() != 1 {
-        return Err(Error::file(path, format!("an EXR file of {} parts, expected one", meta.headers.len())));
+    if meta.headers.is_empty() {
+        return Err(Error::file(path, "an EXR file without parts, expected at least one"));
     }
     let header = meta.headers.remove(0);
     if header.deep || meta.requirements.has_deep_data {
@@ -155,8 +158,13 @@ fn check_size(path: &Path, header: &Header, file: &File) -> Result<(), Error> {
 }
 
 fn damaged(path: &Path, error: exr::error::Error) -> Error {
+    /// What the library says of a file that is shorter than it claims.
+    const SHORT: &str = "reference to missing bytes";
     match error {
-        exr::error::Error::Io(e) => Error::io(path, "read", e),
+        exr::error::Error::Io(e) if e.kind() != ErrorKind::UnexpectedEof => Error::io(path, "read", e),
+        error if matches!(error, exr::error::Error::Io(_)) || error.to_string().contains(SHORT) => {
+            Error::file(path, "the file ends early: it is cut off or damaged, or no EXR file")
+        }
         other => Error::file(path, format!("not an EXR file that can be read, or damaged: {other}")),
     }
 }
@@ -200,7 +208,8 @@ fn describe(value: &AttributeValue) -> String {
             let describe = |c: &ChannelDescription| format!("{} {:?}", name_of(c.name.as_slice()), c.sample_type);
             list.list.iter().map(describe).collect::<Vec<_>>().join(", ")
         }
-        A::Compression(c) => format!("{c:?}"),
+        // Without the quality that a file does not hold: "DWAA(None)".
+        A::Compression(c) => format!("{c:?}").split('(').next().unwrap_or_default().to_owned(),
         A::LineOrder(order) => format!("{order:?}"),
         A::BlockType(kind) => format!("{kind:?}"),
         A::EnvironmentMap(map) => format!("{map:?}"),

@@ -66,8 +66,18 @@ pub struct Saved {
 /// [`Error::Io`] if the folder or file cannot be written, [`Error::Invalid`] for an attribute name that cannot be used, or
 /// if there is not enough memory.
 pub fn save(frame: &Frame, path: &Path, options: &SaveOptions) -> Result<Saved, Error> {
+    let (bytes, notice) = encode(frame, options)?;
+    write_file(path, &bytes)?;
+    Ok(Saved { bytes: bytes.len() as u64, notice })
+}
+
+/// The bytes of the file that [`save`] writes, and the notice of [`Saved`].
+///
+/// # Errors
+/// As [`save`], less the file system.
+pub fn encode(frame: &Frame, options: &SaveOptions) -> Result<(Vec<u8>, Option<String>), Error> {
     memory::check(&Need::of_saving(frame.bounds().area() as u64), 0).map_err(Error::Invalid)?;
-    Contents::from_frame(frame).save(path, options)
+    Contents::from_frame(frame).encode(options)
 }
 
 /// Everything that goes into a file, apart from how it came about.
@@ -206,7 +216,7 @@ impl Image {
     }
 }
 
-/// Reads any single-part EXR file of scan lines or tiles (FLOAT, HALF or UINT, no subsampling; the largest level of a
+/// Reads any EXR file, of several parts the first, of scan lines or tiles (FLOAT, HALF or UINT, no subsampling; the largest level of a
 /// mip map).
 ///
 /// # Errors

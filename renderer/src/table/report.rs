@@ -95,6 +95,9 @@ pub(super) fn csv(table: &Table) -> String {
 pub fn with_error(value: f64, error: f64) -> String {
     /// More decimals than this nobody reads.
     const MOST: i32 = 6;
+    if value == 0.0 && error == 0.0 {
+        return "0 ± 0".to_owned();
+    }
     let exponent = |v: f64| if v == 0.0 { 0 } else { v.abs().log10().floor() as i32 };
     let scale = if (-3..=3).contains(&exponent(value)) { 0 } else { exponent(value) };
     let factor = 10_f64.powi(-scale);
@@ -140,5 +143,7 @@ mod tests {
         assert_eq!(with_error(0.992_702_1, 1.2e-9), "0.992702 ± 1e-9");
         assert_eq!(with_error(0.992_702_1, 0.0), "0.992702 ± 0");
         assert_eq!(with_error(0.25, f64::NAN), "0.250000");
+        assert_eq!(with_error(0.0, 0.0), "0 ± 0");
+        assert_eq!(with_error(0.0, 0.02), "0.000 ± 0.020");
     }
 }

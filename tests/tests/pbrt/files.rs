@@ -137,6 +137,35 @@ fn normals_of_a_ply_say_which_side_is_in_front() {
     }
 }
 
+/// Some exporters write them for faces without an area.
+#[test]
+fn normals_of_a_ply_that_are_none_are_left_out_and_the_mesh_stays() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let header = "ply\nformat FORMAT 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                  property float nx\nproperty float ny\nproperty float nz\nelement face 1\n\
+                  property list uchar int vertex_indices\nend_header\n";
+    let vertices =
+        [[0.0, 0.0, 0.0, 0.0, 0.0, -1.0], [1.0, 0.0, 0.0, 0.0, f32::NAN, -1.0], [0.0, 1.0, 0.0, 0.0, 0.0, -1.0]];
+    let mut binary = header.replace("FORMAT", "binary_little_endian").into_bytes();
+    binary.extend(vertices.iter().flatten().flat_map(|v| v.to_le_bytes()));
+    binary.push(3);
+    binary.extend([0i32, 1, 2].into_iter().flat_map(i32::to_le_bytes));
+    write(dir.path(), "binary.ply", binary);
+    for (name, word) in [("ascii", "nan"), ("minus", "-nan"), ("indefinite", "-nan(ind)")] {
+        let text =
+            header.replace("FORMAT", "ascii") + &format!("0 0 0 0 0 -1\n1 0 0 0 {word} -1\n0 1 0 0 0 -1\n3 0 1 2\n");
+        write(dir.path(), &format!("{name}.ply"), text);
+    }
+    for name in ["binary", "ascii", "minus", "indefinite"] {
+        let text = world(&format!("Shape \"plymesh\" \"string filename\" \"{name}.ply\""));
+        let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(file.scene.shapes.len(), 1, "{name}: {:?}", file.warnings);
+        assert!(!file.scene.shapes[0].reverse_orientation, "{name}: by the order of the vertices");
+        let found = file.warnings[0].to_string();
+        assert!(file.warnings.len() == 1 && found.contains("the normal of vertex 1 is no number"), "{name}: {found}");
+    }
+}
+
 pub const PLY_ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n\
     property float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0 9\n1 0 0 9\n1 1 0 9\n0 1 0.5 9\n4 0 1 2 3\n";

@@ -34,8 +34,10 @@ fn film() {
         settings(r#"Film "image" "integer xresolution" 40 "integer yresolution" [30] "float cropwindow" [.5 0 .25 1]"#);
     assert_eq!((s.image.resolution, s.image.crop), ([40, 30], [0.0, 0.5, 0.25, 1.0]));
     // The last one wins as a whole.
-    let s = settings("Film \"image\" \"integer xresolution\" 40\nFilm \"image\" \"integer yresolution\" 30");
-    assert_eq!(s.image.resolution, [1280, 30]);
+    let twice =
+        "Film \"image\" \"integer xresolution\" 40\nFilm \"image\" \"integer yresolution\" 30\nCamera \"perspective\"";
+    let file = assert_warning(twice, 2, 1, &["Film once more", "after that of line 1", "this one counts, as a whole"]);
+    assert_eq!(file.settings.image.resolution, [1280, 30]);
     assert_failure("Film \"image\"\n \"integer xresolution\" [0]", 2, 25, &["xresolution", "0", "from 1 to"]);
     assert_failure("Film \"image\"\n \"integer xresolution\" [100000]", 2, 25, &["100000", "1 to 65536"]);
     assert_failure("Film \"image\" \"float cropwindow\" [.5 .5 0 1]", 1, 34, &["crop window", "x0 < x1"]);
@@ -47,6 +49,18 @@ fn film() {
     assert_failure("Sampler \"random\" \"integer pixelsamples\" [2147483648]", 1, 42, &["1 to 2147483647"]);
     assert_failure("Sampler \"stratified\" \"integer xsamples\" [2147483648]", 1, 42, &["1 to 65536"]);
     assert_failure("Film \"image\" \"float cropwindow\" [0 1 0]", 1, 33, &["3 values", "expected 4"]);
+}
+
+#[test]
+fn what_is_given_again_counts_and_is_said() {
+    let text = "Camera \"perspective\" \"float fov\" 30\nSampler \"random\"\nSampler \"sobol\" \"integer pixelsamples\" 2\n\
+                Camera \"perspective\" \"float fov\" 40 \"float fov\" 50\nWorldBegin\n\
+                Material \"matte\" \"rgb Kd\" [1 0 0] \"rgb Kd\" [0 1 0]\nWorldEnd";
+    let file = parse(text);
+    let places: Vec<(u32, u32)> = warnings(&file).iter().map(|w| (w.0, w.1)).collect();
+    assert_eq!(places, [(3, 1), (4, 37), (4, 1), (6, 35)], "{:?}", warnings(&file));
+    assert!(warnings(&file)[1].2.contains("Camera \"perspective\": parameter \"fov\" is given again; this one counts"));
+    assert_eq!((file.scene.camera.fov_deg, file.settings.sampling.target()), (50.0, Some(2)));
 }
 
 #[test]
@@ -95,9 +109,8 @@ fn integrators() {
     assert_eq!((s.estimator.strategy, s.estimator.light_prob), (Strategy::Mis, 0.25));
     assert_eq!((s.estimator.heuristic, s.estimator.weights), (Heuristic::Power, OneSampleWeights::Tutorial));
     // The last one wins, with everything it leaves out.
-    let s = settings(
-        "Integrator \"veachMIS\" \"string heuristic\" \"cutoff\"\nIntegrator \"veachMIS\" \"string MISstrategy\" \"bsdf\"",
-    );
+    let twice = "Integrator \"veachMIS\" \"string heuristic\" \"cutoff\"\nSurfaceIntegrator \"veachMIS\" \"string MISstrategy\" \"bsdf\"";
+    let s = assert_warning(&format!("{twice} Camera \"perspective\""), 2, 1, &["SurfaceIntegrator once more"]).settings;
     assert_eq!((s.estimator.strategy, s.estimator.heuristic), (Strategy::Bsdf, Heuristic::Balance));
     let file = parse("Integrator \"path\" \"integer maxdepth\" [5]\nCamera \"perspective\" WorldBegin WorldEnd");
     assert_eq!(file.settings.estimator.strategy, Strategy::MisAll);

@@ -1,5 +1,6 @@
 //! The scene reader: every directive, the tutorial's headers, places of messages, and damaged files.
 
+mod coincident;
 mod damage;
 mod files;
 mod header;

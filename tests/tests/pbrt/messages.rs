@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::{assert_failure, assert_left_out, parse, sphere, warnings, world};
+use crate::{assert_failure, assert_left_out, assert_warning, parse, sphere, warnings, world};
 
 #[test]
 fn errors_say_where() {
@@ -80,11 +80,30 @@ fn commas_separate_numbers() {
     assert_eq!((found[0].0, found[0].1), (3, 12));
     assert!(found[0].2.contains("comma"), "{found:?}");
     // A number that lacks is not made up for, nor does a comma stand inside of one.
-    for (values, column, found) in
-        [("8,8 8", 36, "\"8,8\""), ("8,,8 8", 36, "\"8,,8\""), ("8, ,8", 39, "\",8\""), (",8 8 8", 36, "\",8\"")]
-    {
+    for (values, column, found) in [("8,8 8", 36, "\"8,8\""), ("8,,8 8", 36, "\"8,,8\"")] {
         assert_failure(&world(&format!("AreaLightSource \"diffuse\" \"rgb L\" [{values}]")), 3, column, &[found]);
     }
+}
+
+#[test]
+fn a_comma_with_no_number_before_it_costs_its_list() {
+    for (values, column) in [("8, ,8 8", 39), (",8 8 8", 36), (", 8 8 8", 36), ("8, 8, , 8", 42), (",", 36)] {
+        let light = world(&format!("AreaLightSource \"diffuse\" \"rgb L\" [{values}] Shape \"sphere\""));
+        let file = assert_warning(&light, 3, column, &["a comma with no number before it", "\"L\" is left out"]);
+        assert_eq!(file.scene.shapes[0].light.as_ref().map(|l| l.radiance), Some(Vec3::ONE), "{values}: the default");
+    }
+    // Without its radius a sphere is another one, without its numbers a translation is none.
+    let file =
+        assert_warning(&world("Shape \"sphere\" \"float radius\" [, 2]\nShape \"sphere\""), 3, 32, &["left out"]);
+    assert_eq!(file.scene.shapes.len(), 1);
+    assert_left_out(&world("Translate , 1 2 3"), 3, 11, &["a comma"]);
+    assert_left_out(
+        &world("Material \"matte\", \"rgb Kd\" [1 1 1]"),
+        3,
+        17,
+        &["\"matte\"", "values without a parameter"],
+    );
+    assert_failure("Film \"image\" \"integer xresolution\" [,8]", 1, 37, &["a comma"]);
 }
 
 #[test]

@@ -32,6 +32,18 @@ fn a_misspelt_integrator_is_an_error() {
 }
 
 #[test]
+fn misspelt_shapes_and_materials_are_left_out_and_guessed() {
+    let with = |directive: &str| format!("Camera \"perspective\" WorldBegin\n{directive}\nWorldEnd");
+    for (name, meant) in [("Sphere", "sphere"), ("trianglemash", "trianglemesh"), ("ply_mesh", "plymesh")] {
+        let guess = format!("did you mean \"{meant}\"");
+        crate::assert_left_out(&with(&format!("Shape \"{name}\"")), 2, 1, &[name, &guess]);
+    }
+    crate::assert_warning(&with("Material \"mate\""), 2, 1, &["did you mean \"matte\""]);
+    let named = "MakeNamedMaterial \"plate1\" \"string type\" \"matte\"\nNamedMaterial \"plaet1\"";
+    crate::assert_left_out(&with(named), 3, 1, &["\"plaet1\"", "did you mean \"plate1\""]);
+}
+
+#[test]
 fn a_misspelt_parameter_of_it_is_an_error() {
     let cases = [
         ("string MISstrategie", "MISstrategy"),

@@ -11,7 +11,7 @@ use mislab_tests::experiment::render;
 
 use crate::{assert_no_warnings, parse, warnings};
 
-const HEADER: &str = r#"Film "image" "integer xresolution" [64] "integer yresolution" [64]
+pub(crate) const HEADER: &str = r#"Film "image" "integer xresolution" [64] "integer yresolution" [64]
 Sampler "stratified" "integer xsamples" [8] "integer ysamples" [8]
 Integrator "veachMIS" "string MISstrategy" ["mis_all"]
 LookAt 0 2 6  0 1 0  0 1 0
@@ -20,7 +20,7 @@ WorldBegin
 "#;
 
 /// A floor, and a reddish wall at z = -2.
-const ROOM: &str = r#"
+pub(crate) const ROOM: &str = r#"
 Material "matte" "rgb Kd" [0.5 0.5 0.5]
 Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4  -4 0 4  4 0 4  4 0 -4]
 Material "matte" "rgb Kd" [0.7 0.3 0.2]
@@ -40,7 +40,7 @@ fn scene(world: &str) -> SceneFile {
     parse(&format!("{HEADER}{world}\nWorldEnd"))
 }
 
-fn picture(file: &SceneFile) -> Arc<Frame> {
+pub(crate) fn picture(file: &SceneFile) -> Arc<Frame> {
     render(&Arc::new(file.scene.clone()), &file.settings)
 }
 

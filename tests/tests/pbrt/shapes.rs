@@ -9,9 +9,9 @@ use crate::{assert_left_out, assert_no_warnings, assert_warning, mesh, parse, sp
 fn area_lights() {
     let file = parse(&world(
         "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"rgb scale\" [2 2 2] Shape \"sphere\"
-         Material \"matte\" \"rgb Kd\" [0 0 0] Shape \"sphere\"
-         Material \"mirror\" Shape \"sphere\"
-         AreaLightSource \"area\" Shape \"sphere\"",
+         Translate 3 0 0 Material \"matte\" \"rgb Kd\" [0 0 0] Shape \"sphere\"
+         Translate 3 0 0 Material \"mirror\" Shape \"sphere\"
+         Translate 3 0 0 AreaLightSource \"area\" Shape \"sphere\"",
     ));
     assert_no_warnings(&file);
     let light = |i: usize| file.scene.shapes[i].light.as_ref().expect("a light");

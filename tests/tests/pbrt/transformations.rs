@@ -49,7 +49,8 @@ fn degenerate_transformations_are_left_out() {
     assert_left_out(&"Scale 1e38 1e38 1e38\n".repeat(9), 3, 1, &["too large"]);
     assert_left_out("CoordSysTransform \"nowhere\"", 1, 1, &["nowhere"]);
     // What follows stands where it would without them.
-    let file = parse(&world("Translate 1 0 0\nScale 1 0 1\nRotate 20 0 0 0\nShape \"sphere\""));
+    let degenerate = world("Translate 1 0 0\nScale 1 0 1\nRotate 20 0 0 0\nShape \"sphere\"");
+    let file = assert_warning(&degenerate, 4, 1, &["Scale", "a scale is 0", "what follows is drawn without it"]);
     assert_eq!(sphere(&file.scene.shapes[0]), (Vec3::X, 1.0));
     assert_eq!(warnings(&file).len(), 2);
 }

@@ -158,6 +158,7 @@ impl BuiltScene {
             }
             check_count(lights.len())?;
         }
+        coincident::drop_dimmer(&mut lights, stop)?;
         coincident::drop_hidden(&mut opaque, &lights);
         let same = |other: &&Arc<Self>| {
             other.opaque.len() == opaque.len() && opaque.iter().zip(&other.opaque).all(|(a, b)| a.is(b))
