@@ -5,7 +5,9 @@ pub mod grid;
 pub mod means;
 pub mod plane;
 pub mod pyramid;
+pub mod tiles;
 
+use crate::picture::film_texture::FilmPipeline;
 use crate::picture::live::LivePicture;
 use crate::state::document::Document;
 use crate::state::study::Study;
@@ -27,6 +29,23 @@ pub struct Studies {
     pub plane: plane::Plane,
 }
 
+impl Studies {
+    /// Those that are not on screen render nothing.
+    pub fn rest(&mut self) {
+        if self.open != Some(Study::Pyramid) {
+            self.pyramid.rest();
+        }
+    }
+
+    /// Back from one enlarged picture of the study to all. False if there is none.
+    pub fn step_back(&mut self) -> bool {
+        match self.open {
+            Some(Study::Pyramid) => self.pyramid.step_back(),
+            None | Some(Study::Convergence | Study::Means | Study::Grid | Study::Plane) => false,
+        }
+    }
+}
+
 /// What a study is about.
 pub struct Subject<'a> {
     /// Scene and settings.
@@ -35,4 +54,6 @@ pub struct Subject<'a> {
     pub pictures: &'a [LivePicture],
     /// Worker threads, for renderers of its own.
     pub threads: usize,
+    /// What pictures are drawn with; `None`: on the CPU.
+    pub pipeline: Option<&'a FilmPipeline>,
 }
