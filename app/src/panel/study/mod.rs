@@ -1,5 +1,6 @@
 //! Studies: what is looked at beside the pictures or in their place.
 
+pub mod cells;
 pub mod convergence;
 pub mod grid;
 pub mod means;
@@ -35,13 +36,17 @@ impl Studies {
         if self.open != Some(Study::Pyramid) {
             self.pyramid.rest();
         }
+        if self.open != Some(Study::Grid) {
+            self.grid.rest();
+        }
     }
 
     /// Back from one enlarged picture of the study to all. False if there is none.
     pub fn step_back(&mut self) -> bool {
         match self.open {
             Some(Study::Pyramid) => self.pyramid.step_back(),
-            None | Some(Study::Convergence | Study::Means | Study::Grid | Study::Plane) => false,
+            Some(Study::Grid) => self.grid.step_back(),
+            None | Some(Study::Convergence | Study::Means | Study::Plane) => false,
         }
     }
 }

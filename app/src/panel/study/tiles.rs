@@ -129,6 +129,7 @@ impl Tiles {
 pub fn words(ui: &mut Ui, place: Rect, align: Align2, text: &str, style: TextStyle, color: Color32) {
     let font = style.resolve(ui.style());
     ui.painter_at(place).text(align.pos_in_rect(&place), align, text, font, color);
-    let response = ui.interact(place, ui.scope_id().with((text, place.min.x as i32, place.min.y as i32)), Sense::hover());
+    let response =
+        ui.interact(place, ui.scope_id().with((text, place.min.x as i32, place.min.y as i32)), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, text));
 }
