@@ -39,6 +39,8 @@ pub struct Cell {
     pub at: [usize; 2],
     /// What it is called.
     pub name: String,
+    /// The same where its row is named already.
+    pub short: String,
 }
 
 impl Axes {
@@ -50,12 +52,14 @@ impl Axes {
                     estimator: Estimator { strategy, ..*own },
                     at: [column, 0],
                     name: strategy_name(strategy).to_owned(),
+                    short: strategy_name(strategy).to_owned(),
                 });
                 let weighted = [Strategy::MisAll, Strategy::Mis].into_iter().enumerate().flat_map(|(row, strategy)| {
                     Heuristic::ALL.into_iter().enumerate().map(move |(column, heuristic)| Cell {
                         estimator: Estimator { strategy, heuristic, ..*own },
                         at: [column, row + 1],
                         name: format!("{}, {}", strategy_name(strategy), heuristic_name(heuristic).to_lowercase()),
+                        short: heuristic_name(heuristic).to_owned(),
                     })
                 });
                 alone.chain(weighted).collect()
@@ -66,10 +70,19 @@ impl Axes {
                         estimator: Estimator { strategy: Strategy::Mis, weights, light_prob, ..*own },
                         at: [column, row],
                         name: format!("c {light_prob}, {}", weights_name(weights)),
+                        short: format!("c {light_prob}"),
                     })
                 };
                 OneSampleWeights::ALL.into_iter().enumerate().flat_map(row).collect()
             }
+        }
+    }
+
+    /// What each row has alike.
+    pub fn rows(self) -> &'static [&'static str] {
+        match self {
+            Self::Heuristics => &["One alone", "MIS, both", "MIS, one"],
+            Self::LightProb => &["Veach", "Tutorial"],
         }
     }
 

@@ -172,13 +172,22 @@ impl Pictures {
         let note = 3.0 * (ui.text_style_height(&TextStyle::Small) + GRID);
         let (pictures, below) = area.split_top_bottom_at_y(area.bottom() - note);
         let line = ui.text_style_height(&TextStyle::Small) + GRID;
+        let font = TextStyle::Small.resolve(ui.style());
+        let width =
+            |text: &&str| ui.painter().layout_no_wrap((*text).to_owned(), font.clone(), Color32::WHITE).size().x;
+        let head = axes.rows().iter().map(width).fold(0.0, f32::max) + 2.0 * GRID;
+        let (heads, pictures) = pictures.split_left_right_at_x(pictures.left() + head);
         let places = places(pictures, axes.size(), Placement::Fit.aspect(self.resolution()), line);
+        for (row, name) in axes.rows().iter().enumerate() {
+            let place = Rect::from_x_y_ranges(heads.x_range(), places([0, row]).y_range());
+            words(ui, place, Align2::LEFT_CENTER, name, TextStyle::Small, ui.visuals().text_color());
+        }
         for (index, cell) in self.cells.clone().iter().enumerate() {
             let tile = places(cell.at);
             let ink = Inks::of(ui.visuals()).strategy(cell.estimator.strategy);
             let over = Rect::from_min_max(pos2(tile.left(), tile.top() - line), tile.right_top());
             let under = Rect::from_min_max(tile.left_bottom(), pos2(tile.right(), tile.bottom() + line));
-            words(ui, over, Align2::LEFT_CENTER, &cell.name, TextStyle::Small, ink);
+            words(ui, over, Align2::LEFT_CENTER, &cell.short, TextStyle::Small, ink);
             let name = format!("Enlarge: {}", cell.name);
             self.tiles.tile_ui(ui, index, tile, &subject.document.view, &name).hint("A click enlarges it.");
             let (text, color) = self.verdict(ui, index);

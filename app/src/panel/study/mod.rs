@@ -5,6 +5,8 @@ pub mod convergence;
 pub mod grid;
 pub mod means;
 pub mod plane;
+pub mod plane_job;
+pub mod plane_map;
 pub mod pyramid;
 pub mod tiles;
 
@@ -38,6 +40,9 @@ impl Studies {
         }
         if self.open != Some(Study::Grid) {
             self.grid.rest();
+        }
+        if self.open != Some(Study::Plane) {
+            self.plane.rest();
         }
     }
 
