@@ -1,8 +1,9 @@
 //! Small pictures of all strategies under all heuristics, or over c, each with its error.
 
 use eframe::egui::{Align2, Color32, Context, Rect, TextStyle, Ui, UiBuilder, pos2, vec2};
+use mislab_renderer::kernel::bsdf::MIRROR_ALPHA;
 use mislab_renderer::metrics::{Errors, Reference, Region};
-use mislab_renderer::{Frame, Layer, Lockstep, Request};
+use mislab_renderer::{Estimator, Frame, Layer, Lockstep, Request, Scene, Strategy};
 
 use super::Subject;
 use super::cells::{Axes, Cell, REFERENCE_SPP, requests};
@@ -35,6 +36,8 @@ struct Pictures {
     /// relMSE of each cell as far as its picture is.
     errors: Vec<Option<f64>>,
     reference: Option<Halves>,
+    /// Samples per pixel of the reference so far.
+    reference_spp: u32,
     /// All cells and the reference are finished.
     complete: bool,
 }
@@ -102,6 +105,7 @@ impl Pictures {
             tiles: Tiles::new(count, subject.pipeline, Placement::Fit),
             errors: vec![None; count],
             reference: None,
+            reference_spp: 0,
             complete: false,
         }
     }
@@ -126,6 +130,7 @@ impl Pictures {
         submit(cells, &self.requests.0);
         cells.keep_abreast(Some(Lockstep::Rays));
         submit(reference, &self.requests.1);
+        self.reference_spp = reference.pictures().iter().filter_map(LivePicture::status).map(|status| status.spp).sum();
         if self.reference.is_none() && reference.pictures().iter().all(is_finished) {
             self.reference = halves(reference);
             // Those that were there before it are measured now.
@@ -201,7 +206,9 @@ impl Pictures {
 
     /// The error under a cell; in red where no number of samples would help.
     fn verdict(&self, ui: &Ui, index: usize) -> (String, Color32) {
-        let biased = self.cells[index].estimator.bias().is_some();
+        let estimator = &self.cells[index].estimator;
+        let scene = &self.requests.1[0].scene;
+        let biased = estimator.bias().is_some() || (never_bsdf(estimator) && has_mirror(scene));
         let text = self.error_text(index);
         if biased {
             (format!("{text}, biased"), Inks::of(ui.visuals()).wrong)
@@ -231,12 +238,33 @@ impl Pictures {
         let (least, most) = rays.fold((u32::MAX, 0), |(least, most), n| (least.min(n), most.max(n)));
         let rays = if least == most { format!("{most} rays") } else { format!("{least} to {most} rays") };
         let seed = self.requests.0.first().map_or(0, |request| request.settings.sampling.seed);
+        let all = 2 * REFERENCE_SPP;
+        let reference = match &self.reference {
+            Some(_) => format!("a reference of {all} spp"),
+            None => format!("a reference, so far {} of {all} spp", self.reference_spp),
+        };
         format!(
-            "Each cell: {rays} a pixel, seed {seed}, {width} \u{d7} {height} pixels. relMSE of the whole picture against a \
-             reference of {} samples a pixel. One picture each: small differences are chance.",
-            2 * REFERENCE_SPP
+            "Each cell: {rays} a pixel, seed {seed}, {width} \u{d7} {height} pixels. relMSE of the whole picture against \
+             {reference}. One picture each: small differences are chance."
         )
     }
+}
+
+/// It draws no BSDF samples.
+fn never_bsdf(estimator: &Estimator) -> bool {
+    match estimator.strategy {
+        Strategy::Light => true,
+        Strategy::Mis => estimator.light_prob >= 1.0,
+        Strategy::Bsdf | Strategy::MisAll => false,
+    }
+}
+
+/// Something in it reflects into one direction alone, which no light sample meets.
+fn has_mirror(scene: &Scene) -> bool {
+    let mirrors =
+        scene.materials.iter().map(|material| material.bsdf.alpha().is_some_and(|alpha| alpha < MIRROR_ALPHA));
+    let mirrors: Vec<bool> = mirrors.collect();
+    scene.shapes.iter().any(|shape| shape.material.is_some_and(|m| mirrors.get(m) == Some(&true)))
 }
 
 /// As many pictures as requests, each about its own.

@@ -209,7 +209,7 @@ fn legend_ui(ui: &mut Ui) {
             painter.rect_filled(rect, 0.0, paper);
             for i in 0..6 {
                 let x = rect.left() + i as f32 * 6.0;
-                let line = [pos2(x, rect.top()), pos2(x - rect.height(), rect.bottom())];
+                let line = [pos2(x - rect.height(), rect.top()), pos2(x, rect.bottom())];
                 painter.with_clip_rect(rect).line_segment(line, (2.5, stripe));
             }
         });
@@ -265,7 +265,7 @@ fn about(square: &Dot, own: &Estimator) -> String {
          {} weights). Point: where {plate}, as a plane mirror, shows the centre of {light_name} to the camera, {camera:.1} \
          from the camera and {light:.1} from that centre. Power of the light constant, other lights as in the scene. \
          Pale: 1.1 \u{d7} less than the second best; full: {FULL:.0} \u{d7}; hatched: within 10 %. Dots: the scene's own \
-         squares, each at its own point.",
+         squares, each at its own point, mirrors at the left edge.",
         heuristic_name(own.heuristic).to_lowercase(),
         own.light_prob,
         weights_name(own.weights),

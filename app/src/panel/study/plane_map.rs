@@ -11,7 +11,7 @@ use crate::look::theme::{GRID, strategy_fill};
 pub const FULL: f64 = 10.0;
 /// Strength where the best is just distinguishable.
 const PALE: f32 = 0.35;
-/// Pairs of stripes are so many texels apart.
+/// Pairs of stripes are so many texels apart. They fall to the right, across the border between light and BSDF.
 const STRIPES: usize = 8;
 
 /// The colour of the best strategy, its variance so many times below that of the second best.
@@ -28,7 +28,7 @@ pub fn image(found: &Found, size: [usize; 2], paper: Color32, stripe: Color32) -
             let share = [(x as f32 + 0.5) / size[0] as f32, 1.0 - (y as f32 + 0.5) / size[1] as f32];
             pixels.push(match found.between(share).and_then(|logs| best_of_logs(&logs)) {
                 Some((best, margin)) if margin >= NO_DIFFERENCE => colour(best, margin, paper),
-                Some((best, margin)) if (x + y) % STRIPES < STRIPES / 2 => colour(best, margin, paper),
+                Some((best, margin)) if (x + size[1] - y) % STRIPES < STRIPES / 2 => colour(best, margin, paper),
                 Some(_) => stripe,
                 None => paper,
             });
