@@ -334,6 +334,7 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
         lab.histogram.update(ui.ctx(), &frame, lab.document.active().layer);
     }
     let place = ui.available_rect_before_wrap();
+    lab.studies.rest();
     let open = lab.studies.open;
     let [stage, beside] = study::divide(place, open);
     if let Some(stage) = stage {
@@ -392,6 +393,8 @@ fn escape(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
         messages.gpu_error = None;
     } else if open {
         sheets.warnings_read = Some(document.opened.clone());
+    } else if studies.step_back() {
+        // One picture of a study is gone, all of them are there again.
     } else if let Some(study) = studies.open {
         out.push(Command::ToggleStudy(study));
     } else if document.arrangement() != Arrangement::One {

@@ -4,7 +4,7 @@
 //! [`kernel`]: start reading at its [`kernel::estimator`]. Here a [`Request`] becomes a stream of [`Frame`]s: [`engine`]
 //! renders in the background, [`frame`] is an immutable snapshot with its [`layer`]s; [`pbrt`] reads scene files,
 //! [`snapshot`] reads and writes EXR files, [`metrics`] and [`table`] measure; [`inspect`] answers in plain floats what happens at one pixel,
-//! [`black`] why there is nothing to see.
+//! [`black`] why there is nothing to see, [`plane`] which strategy is best where.
 
 pub mod batch;
 pub mod benchmark;
@@ -20,6 +20,7 @@ pub mod memory;
 pub mod metrics;
 mod near;
 pub mod pbrt;
+pub mod plane;
 pub mod snapshot;
 pub mod table;
 

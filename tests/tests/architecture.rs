@@ -18,6 +18,7 @@ const RENDERER: &[&str] = &[
     "engine",
     "inspect",
     "black",
+    "plane",
     "pbrt",
     "snapshot",
     "metrics",

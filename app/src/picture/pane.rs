@@ -194,6 +194,11 @@ impl Panes {
         self.panes.resize_with(count, || Pane::new(self.pipeline.clone()));
     }
 
+    /// What they are drawn with; `None`: on the CPU.
+    pub fn pipeline(&self) -> Option<&FilmPipeline> {
+        self.pipeline.as_ref()
+    }
+
     /// The panes, in the order of the slots.
     pub fn all(&self) -> &[Pane] {
         &self.panes

@@ -251,13 +251,24 @@ impl Document {
     /// Everything but the scene that decides the bits of a picture. At equal rays several pictures end with as many
     /// rays as one ray a sample gives: `mis_all` after half the samples.
     pub fn settings(&self, slot: &Slot) -> Settings {
-        let Slot { estimator, mut sampler, layer: _, kept: _ } = *slot;
-        let mut spp = self.spp;
-        let rays = estimator.strategy.rays_per_sample();
-        if self.slots.len() > 1 && self.equal == Lockstep::Rays && rays > 1 {
-            spp = spp.map(|spp| NonZeroU32::new(spp.get() / rays).unwrap_or(NonZeroU32::MIN));
-            fit_strata(&mut sampler, spp);
+        match self.spp {
+            Some(rays) if self.slots.len() > 1 && self.equal == Lockstep::Rays => {
+                self.settings_at_equal_rays(slot, rays)
+            }
+            spp => self.settings_with(slot, spp),
         }
+    }
+
+    /// The same with so many rays a pixel, whatever the strategy.
+    pub fn settings_at_equal_rays(&self, slot: &Slot, rays: NonZeroU32) -> Settings {
+        let spp = rays.get() / slot.estimator.strategy.rays_per_sample();
+        let mut settings = self.settings_with(slot, Some(NonZeroU32::new(spp).unwrap_or(NonZeroU32::MIN)));
+        fit_strata(&mut settings.sampling.sampler, settings.sampling.spp);
+        settings
+    }
+
+    fn settings_with(&self, slot: &Slot, spp: Option<NonZeroU32>) -> Settings {
+        let Slot { estimator, sampler, layer: _, kept: _ } = *slot;
         Settings { estimator, sampling: Sampling { sampler, spp, seed: self.seed }, image: self.image }
     }
 

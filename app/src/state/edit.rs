@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 use std::sync::Arc;
 
-use mislab_renderer::{Heuristic, Layer, Lockstep, OneSampleWeights, SamplerKind, Strategy};
+use mislab_renderer::{Estimator, Heuristic, Layer, Lockstep, OneSampleWeights, SamplerKind, Strategy};
 
 use super::arrangement::Arrangement;
 use super::document::{Document, fit_strata};
@@ -38,6 +38,8 @@ impl SppTarget {
 pub enum Edit {
     /// Which strategy.
     SetStrategy(Strategy),
+    /// Strategy, c, heuristic and weights at once.
+    SetEstimator(Estimator),
     /// c, the probability of the light technique.
     SetLightProb(f32),
     /// More or less c, in whole steps of that size.
@@ -97,6 +99,7 @@ impl Edit {
     pub fn key(&self) -> EditKey {
         match *self {
             Self::SetStrategy(_) => EditKey("strategy", 0),
+            Self::SetEstimator(_) => EditKey("estimator", 0),
             Self::SetLightProb(_) => EditKey("c", 0),
             Self::NudgeLightProb(_) => EditKey("c", 1),
             Self::SetHeuristic(_) => EditKey("heuristic", 0),
@@ -139,6 +142,7 @@ impl Edit {
     fn change(&self, document: &mut Document) {
         match *self {
             Self::SetStrategy(strategy) => document.active_mut().estimator.strategy = strategy,
+            Self::SetEstimator(estimator) => document.active_mut().estimator = estimator,
             Self::SetLightProb(c) => document.active_mut().estimator.light_prob = c.clamp(0.0, 1.0),
             // Nothing else has a c.
             Self::NudgeLightProb(_) if document.active().estimator.strategy != Strategy::Mis => {}

@@ -1,11 +1,16 @@
 //! Studies: what is looked at beside the pictures or in their place.
 
+pub mod cells;
 pub mod convergence;
 pub mod grid;
 pub mod means;
 pub mod plane;
+pub mod plane_job;
+pub mod plane_map;
 pub mod pyramid;
+pub mod tiles;
 
+use crate::picture::film_texture::FilmPipeline;
 use crate::picture::live::LivePicture;
 use crate::state::document::Document;
 use crate::state::study::Study;
@@ -27,6 +32,30 @@ pub struct Studies {
     pub plane: plane::Plane,
 }
 
+impl Studies {
+    /// Those that are not on screen render nothing.
+    pub fn rest(&mut self) {
+        if self.open != Some(Study::Pyramid) {
+            self.pyramid.rest();
+        }
+        if self.open != Some(Study::Grid) {
+            self.grid.rest();
+        }
+        if self.open != Some(Study::Plane) {
+            self.plane.rest();
+        }
+    }
+
+    /// Back from one enlarged picture of the study to all. False if there is none.
+    pub fn step_back(&mut self) -> bool {
+        match self.open {
+            Some(Study::Pyramid) => self.pyramid.step_back(),
+            Some(Study::Grid) => self.grid.step_back(),
+            None | Some(Study::Convergence | Study::Means | Study::Plane) => false,
+        }
+    }
+}
+
 /// What a study is about.
 pub struct Subject<'a> {
     /// Scene and settings.
@@ -35,4 +64,6 @@ pub struct Subject<'a> {
     pub pictures: &'a [LivePicture],
     /// Worker threads, for renderers of its own.
     pub threads: usize,
+    /// What pictures are drawn with; `None`: on the CPU.
+    pub pipeline: Option<&'a FilmPipeline>,
 }

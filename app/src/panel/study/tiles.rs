@@ -1,0 +1,135 @@
+//! The small pictures of a study: layers of frames, brought up to date a few at a time, enlarged by a click.
+
+use std::sync::{Arc, Weak};
+use std::time::Duration;
+
+use eframe::egui::{self, Align2, Color32, Context, Rect, Response, Role, Sense, TextStyle, Ui, UiBuilder};
+use mislab_renderer::{Frame, Layer};
+
+use crate::panel::widgets::focus_ring;
+use crate::picture::film_texture::FilmPipeline;
+use crate::picture::planes::Planes;
+use crate::picture::viewport::{Shown, Viewport};
+use crate::state::placement::Placement;
+use crate::state::view::ViewState;
+
+/// What a tile is to show.
+pub struct Wanted {
+    /// Of which frame; it may be older than the settings.
+    pub frame: Arc<Frame>,
+    /// Which of its layers.
+    pub layer: Layer,
+}
+
+/// One picture.
+struct Tile {
+    viewport: Viewport,
+    layer: Layer,
+    /// The frame that the numbers are from, which may be gone.
+    from: Weak<Frame>,
+    planes: Option<Arc<Planes>>,
+}
+
+/// All of a study. They share zoom and pan.
+pub struct Tiles {
+    tiles: Vec<Tile>,
+    /// Whose turn it is to be brought up to date.
+    next: usize,
+    /// The one that has the whole place.
+    pub enlarged: Option<usize>,
+    placement: Placement,
+}
+
+impl Tiles {
+    /// So many, empty, drawn by the shader or, without one, on the CPU.
+    pub fn new(count: usize, pipeline: Option<&FilmPipeline>, placement: Placement) -> Self {
+        let tile = || Tile {
+            viewport: Viewport::new(pipeline.cloned()),
+            layer: Layer::Picture,
+            from: Weak::new(),
+            planes: None,
+        };
+        Self { tiles: std::iter::repeat_with(tile).take(count).collect(), next: 0, enlarged: None, placement }
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Without the graphics device, if it has gone.
+    pub fn match_device(&mut self, pipeline: Option<&FilmPipeline>) {
+        for tile in self.tiles.iter_mut().filter(|tile| pipeline.is_none() && tile.viewport.on_gpu()) {
+            tile.viewport = Viewport::new(None);
+        }
+    }
+
+    /// Brings at most `most` tiles up to date, in turns, so that no pass of the window is held up; asks for another pass
+    /// if some are left. Returns which have new numbers.
+    pub fn refresh(&mut self, ctx: &Context, wanted: &[Option<Wanted>], most: usize) -> Vec<usize> {
+        let count = self.tiles.len();
+        let mut fresh = Vec::new();
+        for index in (0..count).map(|i| (self.next + i) % count) {
+            let Some(Wanted { frame, layer }) = wanted.get(index).and_then(Option::as_ref) else { continue };
+            let tile = &mut self.tiles[index];
+            if tile.planes.is_some() && Weak::as_ptr(&tile.from) == Arc::as_ptr(frame) && tile.layer == *layer {
+                continue;
+            }
+            if fresh.len() == most {
+                ctx.request_repaint_after(Duration::from_millis(1));
+                self.next = index;
+                break;
+            }
+            // The old ones go first: no need for both at a time.
+            tile.planes = None;
+            tile.planes = Some(Arc::new(Planes::from_frame(frame, *layer)));
+            (tile.from, tile.layer) = (Arc::downgrade(frame), *layer);
+            fresh.push(index);
+        }
+        fresh
+    }
+
+    /// The numbers of a tile.
+    pub fn planes(&self, index: usize) -> Option<&Planes> {
+        self.tiles[index].planes.as_deref()
+    }
+
+    /// Forgets the pictures, of other settings than those asked for by now.
+    pub fn clear(&mut self) {
+        for tile in &mut self.tiles {
+            tile.planes = None;
+        }
+    }
+
+    /// Draws one over `place`. A click makes it large, or small again.
+    pub fn tile_ui(&mut self, ui: &mut Ui, index: usize, place: Rect, view: &ViewState, name: &str) -> Response {
+        let tile = &mut self.tiles[index];
+        let mut view = ViewState { placement: self.placement, ..view.clone() };
+        let shown = ui.scope_builder(UiBuilder::new().id_salt(("tile", index)).max_rect(place), |ui| {
+            ui.set_clip_rect(place.intersect(ui.clip_rect()));
+            let shown = Shown { layer: tile.layer, planes: tile.planes.as_ref(), stale: None };
+            tile.viewport.ui(ui, &mut view, shown).response
+        });
+        self.placement = view.placement;
+        let response = shown.inner;
+        response.widget_info(|| egui::WidgetInfo::labeled(Role::Button, true, name));
+        focus_ring(ui, &response, place);
+        if response.hovered() && !response.dragged() {
+            let icon = if self.enlarged.is_some() { egui::CursorIcon::ZoomOut } else { egui::CursorIcon::ZoomIn };
+            ui.ctx().set_cursor_icon(icon);
+        }
+        if response.clicked() {
+            self.enlarged = if self.enlarged.is_some() { None } else { Some(index) };
+        }
+        response
+    }
+}
+
+/// A line of words in a place of its own, which it does not leave.
+pub fn words(ui: &mut Ui, place: Rect, align: Align2, text: &str, style: TextStyle, color: Color32) {
+    let font = style.resolve(ui.style());
+    ui.painter_at(place).text(align.pos_in_rect(&place), align, text, font, color);
+    let response =
+        ui.interact(place, ui.scope_id().with((text, place.min.x as i32, place.min.y as i32)), Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, text));
+}
