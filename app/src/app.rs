@@ -1,5 +1,6 @@
 //! The window as a program: how it starts, what every command does, and what happens in each pass.
 
+mod exporting;
 mod filing;
 mod gpu;
 
@@ -30,6 +31,7 @@ use crate::picture::pane::Pane;
 use crate::picture::picking::things;
 use crate::picture::pixel::Pixel;
 use crate::picture::planes::Planes;
+use crate::picture::sheet::Recorder;
 use crate::state::command::{Command, Shipped};
 use crate::state::document::Document;
 use crate::state::history::EditKey;
@@ -80,6 +82,7 @@ impl MisLabApp {
         ctx.options_mut(|o| o.zoom_with_keyboard = false);
         ctx.set_theme(prefs.theme);
         ctx.add_plugin(Presses::default());
+        ctx.add_plugin(Recorder::default());
         let mut lab = Lab::new(ctx, Document::new(shipped(Shipped::Veach)), prefs, threads);
         if let Some(remark) = remark {
             lab.messages.complain(remark);
@@ -202,6 +205,7 @@ impl MisLabApp {
             Command::ChooseFolder => files.pick_folder(destination.folder(document)),
             Command::CopyPicture => self.copy_picture(ctx),
             Command::CopyValues => self.copy_values(ctx),
+            Command::Export(figure) => self.export(ctx, figure),
             Command::TogglePanels => {
                 prefs.panels = !prefs.panels;
                 self.install_look(ctx);
@@ -363,6 +367,7 @@ impl eframe::App for MisLabApp {
         let mut commands = keys::pressed(ui.ctx());
         window_ui(ui, &mut self.lab, &mut commands);
         let ctx = ui.ctx().clone();
+        self.make_figures(&ctx);
         for command in commands {
             self.apply(&ctx, command);
         }

@@ -21,6 +21,7 @@ use crate::panel::{
     strategy, table, warnings,
 };
 use crate::picture::legend::{self, legend_ui};
+use crate::picture::sheet::Sheet;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
@@ -120,7 +121,7 @@ fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
                 strategy::light_prob_ui(ui, estimator, default, room.min(272.0), out);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
                 compare::layout_menu(ui, &lab.document, lab.studies.open, LAYOUT_MENU - 3.0 * GRID, out);
                 layer_menu(ui, lab, 220.0, out);
             });
@@ -145,7 +146,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     let default = lab.document.opened.settings.estimator.light_prob;
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
             strategy::light_prob_ui(ui, &slot.estimator, default, ui.available_width(), out);
         });
     });
@@ -186,7 +187,7 @@ fn hall_bar_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         ui.horizontal_centered(|ui| {
             strategy::row_ui(ui, estimator, out);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
             });
         });
     });
@@ -337,10 +338,12 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
     let open = lab.studies.open;
     let [stage, beside] = study::divide(place, open);
     if let Some(stage) = stage {
-        ui.scope_builder(UiBuilder::new().max_rect(stage), |ui| stage::stage_ui(ui, lab, legend, out));
+        recorded(ui, lab, open.is_none(), stage, |ui, lab| {
+            ui.scope_builder(UiBuilder::new().max_rect(stage), |ui| stage::stage_ui(ui, lab, legend, out));
+        });
     }
     if let (Some(open), Some(beside)) = (open, beside) {
-        study::study_ui(ui, lab, open, beside, out);
+        recorded(ui, lab, true, beside, |ui, lab| study::study_ui(ui, lab, open, beside, out));
     }
     ui.advance_cursor_after_rect(place);
     drop_target(ui, place);
@@ -351,6 +354,15 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
         lab.sheets.warnings_read = Some(lab.document.opened.clone());
     }
     place
+}
+
+/// Draws `add`; keeps what it has drawn where a figure of it is asked for.
+fn recorded(ui: &mut Ui, lab: &mut Lab, wanted: bool, place: Rect, add: impl FnOnce(&mut Ui, &mut Lab)) {
+    if wanted && !lab.figures.is_empty() {
+        lab.sheet = Some(Sheet::record(ui, place, |ui| add(ui, lab)));
+    } else {
+        add(ui, lab);
+    }
 }
 
 fn warnings_open(lab: &Lab) -> bool {

@@ -154,6 +154,14 @@ impl MisLabApp {
                 // The reason is on screen, and so is the picture.
                 self.closing = false;
             }
+            FileEvent::Exported(path) => {
+                let folder = path.parent().unwrap_or(Path::new(".")).display().to_string();
+                messages.saved(format!("Exported {} to {}", short_name(&path), shortened(&folder, 120)), path);
+            }
+            FileEvent::Figure(image) => {
+                files.copy(image);
+                messages.say("The figure is on the clipboard.");
+            }
             FileEvent::TableSaved(what) => messages.say(what),
             FileEvent::TableNotSaved(message) => {
                 messages.complain(format!("Not saved: {message}"));

@@ -2,7 +2,6 @@
 
 pub mod kept;
 pub mod opening;
-pub mod png_file;
 pub mod queue;
 pub mod saving;
 pub mod showing;
@@ -23,6 +22,7 @@ use self::opening::{PictureFile, Reading, picture, read};
 use self::queue::Queue;
 use self::saving::{NotSaved, SaveJob, Saved, write_free};
 use self::watching::{Watched, Watcher};
+use crate::picture::paper::Paper;
 use crate::state::paths::{short_name, shortened};
 use crate::state::prefs::Prefs;
 
@@ -50,9 +50,13 @@ pub enum FileEvent {
     Saved(Saved),
     /// A snapshot could not be written.
     NotSaved(NotSaved),
+    /// A figure was written.
+    Exported(PathBuf),
+    /// A figure for the clipboard was made.
+    Figure(Arc<egui::ColorImage>),
     /// Something of the table was written.
     TableSaved(String),
-    /// Something of the table could not be written.
+    /// Something of the table, or a figure, could not be written.
     TableNotSaved(String),
     /// Something could not even be started.
     Broken(String),
@@ -193,6 +197,8 @@ impl Files {
             | FileEvent::Read { .. }
             | FileEvent::Changed
             | FileEvent::Saved(_)
+            | FileEvent::Exported(_)
+            | FileEvent::Figure(_)
             | FileEvent::TableSaved(_) => None,
         });
         failed.collect()
@@ -301,6 +307,35 @@ impl Files {
             Ok(saved) => FileEvent::Saved(saved),
             Err(not_saved) => FileEvent::NotSaved(not_saved),
         });
+    }
+
+    /// Makes a figure and writes it under the next free name.
+    pub fn export(&mut self, paper: Paper, svg: bool, folder: PathBuf, name: String) {
+        self.enqueue(name.clone(), move || {
+            let encoded = if svg { paper.svg().map(String::into_bytes) } else { paper.png() };
+            let extension = if svg { "svg" } else { "png" };
+            let written = encoded
+                .map_err(|error| Error::Invalid(format!("{name}.{extension}: {error}")))
+                .and_then(|bytes| write_free(&folder, &name, &[(extension, bytes)]));
+            match written {
+                Ok(path) => FileEvent::Exported(path),
+                Err(error) => FileEvent::TableNotSaved(short_message(&error)),
+            }
+        });
+    }
+
+    /// Makes a figure for the clipboard.
+    pub fn make_figure(&self, paper: Paper) {
+        self.start("figure", Origin::Dialog, move || {
+            let (size, rgba) = paper.rgba();
+            let image = egui::ColorImage::from_rgba_unmultiplied(size.map(|n| n as usize), &rgba);
+            Some(FileEvent::Figure(Arc::new(image)))
+        });
+    }
+
+    /// Puts a figure on the clipboard.
+    pub fn copy(&self, image: Arc<egui::ColorImage>) {
+        self.ctx.copy_image(Arc::unwrap_or_clone(image));
     }
 
     /// Writes a text under the next free name.

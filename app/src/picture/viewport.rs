@@ -9,6 +9,7 @@ use mislab_renderer::{Frame, Layer, PixelRect};
 use crate::look::layer::LayerLook;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
 use crate::picture::planes::Planes;
+use crate::picture::sheet::Recorder;
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::{Geometry, Placement};
 use crate::state::view::ViewState;
@@ -123,7 +124,8 @@ impl Viewport {
     fn paint(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
         if let Some(callback) = self.gpu.as_mut().and_then(|gpu| gpu.paint(planes, uniforms)) {
             self.cpu = None;
-            painter.add(egui_wgpu::Callback::new_paint_callback(rect, callback));
+            let at = painter.add(egui_wgpu::Callback::new_paint_callback(rect, callback));
+            Recorder::note(painter, at, rect, planes, uniforms);
         } else {
             self.paint_on_cpu(painter, rect, planes, uniforms);
         }
@@ -141,6 +143,7 @@ impl Viewport {
         if size.contains(&0) {
             return;
         }
+        let fine = uniforms;
         let uniforms = if factor > 1.0 { uniforms.coarser(factor) } else { uniforms };
         let current = self
             .cpu
@@ -160,7 +163,8 @@ impl Viewport {
         }
         if let Some(picture) = &self.cpu {
             let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-            painter.image(picture.texture.id(), rect, whole, Color32::WHITE);
+            let at = painter.add(egui::Shape::image(picture.texture.id(), rect, whole, Color32::WHITE));
+            Recorder::note(painter, at, rect, planes, fine);
         }
     }
 }

@@ -73,6 +73,8 @@ pub enum Command {
     CopyPicture,
     /// Copies the values under the cursor.
     CopyValues,
+    /// Writes what is seen, as a figure.
+    Export(Figure),
 
     /// Shows or hides the side panels (the projector view).
     TogglePanels,
@@ -94,6 +96,17 @@ pub enum Command {
     ToggleTable,
     /// Stops the table that is being made.
     StopTable,
+}
+
+/// What is made of what is seen: of the study if one is open, or else of all pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// A PNG beside the snapshots, two pixels to a point.
+    Png,
+    /// The same on the clipboard.
+    Clipboard,
+    /// An SVG of a study.
+    Svg,
 }
 
 impl From<Edit> for Command {
