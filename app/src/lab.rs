@@ -14,6 +14,7 @@ use crate::panel::picture::PictureSheet;
 use crate::panel::study::Studies;
 use crate::panel::table::TablePanel;
 use crate::picture::engine::Engine;
+use crate::picture::foreign::Foreign;
 use crate::picture::histogram::Histogram;
 use crate::picture::live::LivePicture;
 use crate::picture::pane::{Pane, Panes};
@@ -83,6 +84,8 @@ pub struct Sheets {
     pub typing: bool,
     /// A picture from elsewhere.
     pub picture: Option<PictureSheet>,
+    /// What of it is to be compared with.
+    pub compared: Option<Foreign>,
 }
 
 impl Lab {

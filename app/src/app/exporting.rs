@@ -83,6 +83,11 @@ impl MisLabApp {
                 let [how, what] = caption(&frame);
                 vec![how, format!("{what}, {view}")]
             }
+            Some(_) | None if document.slots().len() == 1 => {
+                // A file: its name is all that is known of it.
+                let name = lab.live().file().map(|file| file.name().to_owned());
+                vec![format!("{}, {view}", name.unwrap_or_else(|| document.scene.name.clone()))]
+            }
             Some(_) | None => {
                 let equal = equal_name(document.equal);
                 vec![format!(

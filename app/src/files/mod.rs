@@ -18,10 +18,11 @@ use eframe::egui;
 use mislab_renderer::snapshot::{self, SaveOptions};
 use mislab_renderer::{Error, Frame};
 
-use self::opening::{PictureFile, Reading, picture, read};
+use self::opening::{PictureFile, Reading, compared, picture, read};
 use self::queue::Queue;
 use self::saving::{NotSaved, SaveJob, Saved, write_free};
 use self::watching::{Watched, Watcher};
+use crate::picture::foreign::Foreign;
 use crate::picture::paper::Paper;
 use crate::state::paths::{short_name, shortened};
 use crate::state::prefs::Prefs;
@@ -31,6 +32,12 @@ use crate::state::prefs::Prefs;
 pub enum FileEvent {
     /// A file was chosen in the dialog.
     Picked(PathBuf),
+    /// A picture to compare with was read.
+    Compared(Foreign),
+    /// A picture to compare with could not be read.
+    NotCompared(String),
+    /// No dialog came up to choose one.
+    NoDialogToCompare,
     /// A folder was chosen in the dialog.
     PickedFolder(PathBuf),
     /// No dialog came up: this desktop offers none.
@@ -81,6 +88,13 @@ const NO_DIALOG: Duration = Duration::from_millis(400);
 
 /// Reading takes shorter than this, as a rule, and then is not worth a word.
 const NOTICEABLE: Duration = Duration::from_millis(300);
+
+fn read_compared(path: &Path) -> FileEvent {
+    match compared(path) {
+        Ok(file) => FileEvent::Compared(file),
+        Err(why) => FileEvent::NotCompared(why),
+    }
+}
 
 /// What went wrong, with a long path cut in its middle: the reason stands behind it.
 fn short_message(error: &Error) -> String {
@@ -199,6 +213,9 @@ impl Files {
             | FileEvent::Saved(_)
             | FileEvent::Exported(_)
             | FileEvent::Figure(_)
+            | FileEvent::Compared(_)
+            | FileEvent::NotCompared(_)
+            | FileEvent::NoDialogToCompare
             | FileEvent::TableSaved(_) => None,
         });
         failed.collect()
@@ -249,6 +266,25 @@ impl Files {
                 None => None,
             }
         });
+    }
+
+    /// Asks for a picture to compare with, and reads it.
+    pub fn pick_to_compare(&self, folder: Option<PathBuf>) {
+        self.start("compare dialog", Origin::Dialog, move || {
+            let started = Instant::now();
+            let dialog = rfd::FileDialog::new().set_title("Compare with a picture").add_filter("Pictures", &["exr"]);
+            let dialog = folder.into_iter().fold(dialog, |dialog, folder| dialog.set_directory(folder));
+            match dialog.pick_file() {
+                Some(path) => Some(read_compared(&path)),
+                None if started.elapsed() < NO_DIALOG => Some(FileEvent::NoDialogToCompare),
+                None => None,
+            }
+        });
+    }
+
+    /// Reads a picture to compare with.
+    pub fn read_to_compare(&self, path: PathBuf) {
+        self.start("compare", Origin::Dialog, move || Some(read_compared(&path)));
     }
 
     /// Asks for the folder of snapshots with the desktop's dialog.

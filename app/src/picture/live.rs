@@ -7,6 +7,9 @@ use std::time::{Duration, Instant};
 
 use mislab_renderer::{Frame, Frames, Pace, Picture, Request, Status, Subscription};
 
+use crate::picture::content::Content;
+use crate::picture::foreign::Foreign;
+
 /// How long the old picture may stand unmarked after a change: shorter than one notices, longer
 /// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
 const GRACE: Duration = Duration::from_millis(120);
@@ -26,7 +29,7 @@ pub struct LivePicture {
     shown: Option<u64>,
     pace: Pace,
     /// Shown instead of anything rendered.
-    kept: Option<Arc<Frame>>,
+    kept: Option<Content>,
 }
 
 impl LivePicture {
@@ -45,14 +48,27 @@ impl LivePicture {
         }
     }
 
-    /// A frame that was kept, on a picture of which nothing is asked.
-    pub fn of_kept(picture: Picture, kept: Option<Arc<Frame>>) -> Self {
+    /// What was kept, on a picture of which nothing is asked.
+    pub fn of_kept(picture: Picture, kept: Option<Content>) -> Self {
         Self { kept, ..Self::new(picture) }
     }
 
-    /// The frame that was kept and is shown.
-    pub fn kept(&self) -> Option<&Arc<Frame>> {
+    /// What was kept and is shown.
+    pub fn kept(&self) -> Option<&Content> {
         self.kept.as_ref()
+    }
+
+    /// The file that is shown.
+    pub fn file(&self) -> Option<&Arc<Foreign>> {
+        match &self.kept {
+            Some(Content::File(file)) => Some(file),
+            Some(Content::Frame(_)) | None => None,
+        }
+    }
+
+    /// What is shown: what was kept, or else [`Self::frame`].
+    pub fn content(&self) -> Option<Content> {
+        self.kept.clone().or_else(|| self.frame().map(Content::Frame))
     }
 
     /// Hands over what should be rendered, if that has changed. Returns at once.
@@ -123,9 +139,13 @@ impl LivePicture {
         self.frames.release();
     }
 
-    /// The frame of this pass or, between passes, the newest one; perhaps of older settings.
+    /// The frame of this pass or, between passes, the newest one; perhaps of older settings. None of a file.
     pub fn frame(&self) -> Option<Arc<Frame>> {
-        self.kept.clone().or_else(|| self.frame.clone()).or_else(|| self.picture.as_ref().and_then(Picture::latest))
+        match &self.kept {
+            Some(Content::Frame(frame)) => Some(frame.clone()),
+            Some(Content::File(_)) => None,
+            None => self.frame.clone().or_else(|| self.picture.as_ref().and_then(Picture::latest)),
+        }
     }
 
     /// The same, if it was made with the current settings.

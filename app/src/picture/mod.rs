@@ -1,9 +1,11 @@
 //! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
 
 pub mod black;
+pub mod content;
 pub mod engine;
 pub mod figure;
 pub mod film_texture;
+pub mod foreign;
 pub mod histogram;
 pub mod interaction;
 pub mod legend;

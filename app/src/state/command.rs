@@ -53,6 +53,10 @@ pub enum Command {
     OpenTyped,
     /// Opens a scene or a snapshot.
     OpenPath(PathBuf),
+    /// Asks for a picture to compare with.
+    Compare,
+    /// Shows a picture from a file beside the active one.
+    ComparePath(PathBuf),
     /// Reads the open file again.
     Reload,
     /// Puts away what is said about a file that could not be opened.

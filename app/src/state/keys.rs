@@ -56,6 +56,7 @@ pub fn bindings() -> Vec<Action> {
         layout("Q", Key::Q, Arrangement::Four),
         action("Layout", "Controls for the next picture", "X", PLAIN, Key::X, Command::ActivateNext),
         action("Layout", "Keep the picture, go on beside it", "K", PLAIN, Key::K, Command::Keep),
+        action("Layout", "Compare with an EXR \u{2026}", "Shift+K", SHIFT, Key::K, Command::Compare),
         action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
         study("G", PLAIN, Key::G, Study::Convergence),
         study("M", PLAIN, Key::M, Study::Means),
