@@ -124,7 +124,8 @@ impl MisLabApp {
             }
             FileEvent::NotCompared(why) => messages.complain(format!("Not compared: {why}")),
             FileEvent::NoDialogToCompare => {
-                sheets.open = Some(OpenSheet { remark: NO_DIALOG, compare: true, ..OpenSheet::default() });
+                let remark = "This desktop offers no file dialog: type a path.";
+                sheets.open = Some(OpenSheet { remark, compare: true, ..OpenSheet::default() });
             }
             FileEvent::Picked(path) => files.open(path),
             FileEvent::PickedFolder(folder) => destination.folder = Some(folder.display().to_string()),

@@ -24,8 +24,8 @@ impl FileCaption {
     pub fn new(file: &Foreign, image: [u32; 2]) -> Self {
         let [w, h] = file.size();
         // Pictures are aligned by their edges.
-        let aligned = if file.size() == image { String::new() } else { format!(", over {} x {}", image[0], image[1]) };
-        Self { name: shortened(file.name(), 24), about: format!("{w} x {h}{aligned}, from file") }
+        let aligned = if file.size() == image { "" } else { ", aligned" };
+        Self { name: shortened(file.name(), 24), about: format!("{w} x {h}, from file{aligned}") }
     }
 
     /// In one line, or in the first of several.
