@@ -48,14 +48,14 @@ impl Engine {
     /// Shows what was kept as the picture of that index, or what is rendered again.
     pub fn show_kept(&mut self, index: usize, kept: Option<&Content>) {
         let (Some(renderer), Some(live)) = (&self.renderer, self.pictures.get_mut(index)) else { return };
-        let same = match (live.kept(), kept) {
+        let same = match (live.held(), kept) {
             (Some(shown), Some(kept)) => shown.is(kept),
             (None, None) => true,
             (Some(_), None) | (None, Some(_)) => false,
         };
         if !same {
             // A new one: what the old one was working on is not wanted any more.
-            *live = LivePicture::of_kept(renderer.add_picture(), kept.cloned());
+            *live = LivePicture::of_held(renderer.add_picture(), kept.cloned());
             self.abreast = None;
         }
     }

@@ -132,7 +132,7 @@ impl Pane {
         };
         if let Some(geometry) = self.geometry {
             let place = Place { document, geometry, pixel: self.own_pixel };
-            if on.live.kept().is_none() {
+            if on.live.held().is_none() {
                 self.interaction.ui(ui, &place, on.pointed_at.or(on.hovered), out);
             } else {
                 // The scene may be another one by now.
