@@ -9,8 +9,11 @@ use crate::state::keys::bindings;
 /// The sheet. Returns false when it is done with.
 pub fn help_ui(ctx: &egui::Context) -> bool {
     let bindings = bindings();
-    let columns =
-        [["Strategy", "Layout"].as_slice(), ["View", "Rendering"].as_slice(), ["File", "Window", "Edit"].as_slice()];
+    let columns = [
+        ["Strategy", "Layout"].as_slice(),
+        ["View", "Rendering", "Study"].as_slice(),
+        ["File", "Window", "Edit"].as_slice(),
+    ];
     let modal = Modal::new(Id::unique("keys")).show(ctx, |ui| {
         sheet_type(ui);
         ui.heading("Keys");

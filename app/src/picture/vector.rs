@@ -17,7 +17,8 @@ use crate::picture::raster::Offscreen;
 pub fn svg(drawn: &Offscreen) -> Result<String, png::EncodingError> {
     let [width, height] = drawn.size.map(|n| n as f32 / drawn.scale);
     let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" \
+         width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\">\n\
          <rect width=\"100%\" height=\"100%\" {}/>\n",
         paint("fill", drawn.ground)
     );
@@ -179,7 +180,7 @@ fn image(out: &mut String, drawn: &Offscreen, shape: &ClippedShape) -> Result<()
     let data = base64(&png_file::encode(width, height, &pixels)?);
     let _ = writeln!(
         out,
-        "<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" href=\"data:image/png;base64,{data}\"/>"
+        "<image x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" xlink:href=\"data:image/png;base64,{data}\"/>"
     );
     Ok(())
 }
@@ -274,7 +275,7 @@ mod tests {
             "<circle cx=\"5\" cy=\"6\" r=\"3\" fill=\"#0072b2\" fill-opacity=\"0.502\"/>",
             ">p &lt; 1 &amp; more</text>",
             "font-weight=\"500\"",
-            "<image x=\"119.5\" y=\"9.5\" width=\"61\" height=\"11\" href=\"data:image/png;base64,iVBORw0KGgo",
+            "<image x=\"119.5\" y=\"9.5\" width=\"61\" height=\"11\" xlink:href=\"data:image/png;base64,iVBORw0KGgo",
         ] {
             assert!(text.contains(part), "{part} is missing in {text}");
         }
