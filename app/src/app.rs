@@ -1,5 +1,6 @@
 //! The window as a program: how it starts, what every command does, and what happens in each pass.
 
+mod exporting;
 mod filing;
 mod gpu;
 
@@ -19,17 +20,21 @@ use crate::lab::Lab;
 use crate::layout::window_ui;
 use crate::look::theme::{self, TypeScale};
 use crate::look::zoom::{self, ZoomStep};
+use crate::panel::file_caption::FROM_FILE;
 use crate::panel::hint;
 use crate::panel::number;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
+use crate::picture::content::Content;
 use crate::picture::figure::figure;
+use crate::picture::foreign::Foreign;
 use crate::picture::live::LivePicture;
 use crate::picture::normalise::normalise;
 use crate::picture::pane::Pane;
 use crate::picture::picking::things;
 use crate::picture::pixel::Pixel;
-use crate::picture::planes::Planes;
+use crate::picture::sheet::Recorder;
+use crate::picture::still::planes_to_rgba8;
 use crate::state::command::{Command, Shipped};
 use crate::state::document::Document;
 use crate::state::history::EditKey;
@@ -80,6 +85,7 @@ impl MisLabApp {
         ctx.options_mut(|o| o.zoom_with_keyboard = false);
         ctx.set_theme(prefs.theme);
         ctx.add_plugin(Presses::default());
+        ctx.add_plugin(Recorder::default());
         let mut lab = Lab::new(ctx, Document::new(shipped(Shipped::Veach)), prefs, threads);
         if let Some(remark) = remark {
             lab.messages.complain(remark);
@@ -140,6 +146,9 @@ impl MisLabApp {
         let Lab { document, history, pacing, prefs, destination, engine, files, sheets, messages, .. } = &mut self.lab;
         match command {
             Command::Edit(edit) => {
+                if document.active().is_file() && edit.is_about_making() {
+                    messages.say(FROM_FILE);
+                }
                 self.change(edit.key(), |document| edit.apply(document));
             }
             Command::Activate(index) => document.activate(index),
@@ -185,6 +194,11 @@ impl MisLabApp {
             }
             Command::OpenTyped => sheets.open = Some(OpenSheet::default()),
             Command::OpenPath(path) => files.open(path),
+            Command::Compare => {
+                let folder = document.opened.path.as_ref().and_then(|p| p.parent()).map(Into::into);
+                files.pick_to_compare(folder);
+            }
+            Command::ComparePath(path) => files.read_to_compare(path),
             Command::Reload => self.reload(),
             Command::DismissOpenError => messages.open_error = None,
             Command::OpenShipped(which) => self.take_over_shipped(which),
@@ -202,6 +216,7 @@ impl MisLabApp {
             Command::ChooseFolder => files.pick_folder(destination.folder(document)),
             Command::CopyPicture => self.copy_picture(ctx),
             Command::CopyValues => self.copy_values(ctx),
+            Command::Export(figure) => self.export(ctx, figure),
             Command::TogglePanels => {
                 prefs.panels = !prefs.panels;
                 self.install_look(ctx);
@@ -243,8 +258,8 @@ impl MisLabApp {
 
     /// Sets exposure or range from the picture that controls are about.
     fn normalise(&mut self) {
-        let Some(frame) = self.lab.live().frame() else { return };
-        let planes = Planes::from_frame(&frame, self.lab.document.active().layer);
+        let layer = self.lab.document.active().layer;
+        let Some(planes) = self.lab.live().content().and_then(|content| content.planes(layer).ok()) else { return };
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
             self.lab.history.end_gesture();
         }
@@ -258,6 +273,9 @@ impl MisLabApp {
                 self.change(EditKey("keeping of a picture", 0), |document| document.keep(kept));
                 self.lab.history.end_gesture();
             }
+            None if self.lab.document.active().is_file() => {
+                self.lab.messages.complain("A picture from a file is kept where it is.");
+            }
             None => self
                 .lab
                 .messages
@@ -265,18 +283,33 @@ impl MisLabApp {
         }
     }
 
+    /// Shows a picture from a file beside the active one.
+    pub(super) fn compare(&mut self, file: Foreign) {
+        let kept = self.lab.shelf.put_file(file);
+        self.change(EditKey("picture from a file", 0), |document| document.compare(kept));
+        self.lab.history.end_gesture();
+        self.lab.match_slots();
+    }
+
     fn copy_picture(&mut self, ctx: &Context) {
-        let Some(frame) = self.lab.live().frame() else { return };
+        let Some(content) = self.lab.live().content() else { return };
         let document = &self.lab.document;
         let dark = ctx.theme() == egui::Theme::Dark;
-        let (w, h, rgba) = figure(&frame, document.active().layer, &document.view, dark);
+        let layer = document.active().layer;
+        let (w, h, rgba) = match &content {
+            Content::Frame(frame) => figure(frame, layer, &document.view, dark),
+            Content::File(_) => match content.planes(layer) {
+                Ok(planes) => planes_to_rgba8(&planes, &document.view, dark),
+                Err(why) => return self.lab.messages.complain(why),
+            },
+        };
         ctx.copy_image(egui::ColorImage::from_rgba_unmultiplied([w as usize, h as usize], &rgba));
         self.lab.messages.say("The picture is on the clipboard.");
     }
 
     fn copy_values(&mut self, ctx: &Context) {
-        let (Some(frame), Some(at)) = (self.lab.live().frame(), self.lab.pane().pixel()) else { return };
-        ctx.copy_text(Pixel { frame: &frame, at }.table());
+        let (Some(content), Some(at)) = (self.lab.live().content(), self.lab.pane().read()) else { return };
+        ctx.copy_text(Pixel { content: &content, at }.table());
         self.lab.messages.say("The values of the pixel are on the clipboard.");
     }
 
@@ -363,6 +396,10 @@ impl eframe::App for MisLabApp {
         let mut commands = keys::pressed(ui.ctx());
         window_ui(ui, &mut self.lab, &mut commands);
         let ctx = ui.ctx().clone();
+        self.make_figures(&ctx);
+        if let Some(file) = self.lab.sheets.compared.take() {
+            self.compare(file);
+        }
         for command in commands {
             self.apply(&ctx, command);
         }

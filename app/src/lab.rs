@@ -14,12 +14,15 @@ use crate::panel::picture::PictureSheet;
 use crate::panel::study::Studies;
 use crate::panel::table::TablePanel;
 use crate::picture::engine::Engine;
+use crate::picture::foreign::Foreign;
 use crate::picture::histogram::Histogram;
 use crate::picture::live::LivePicture;
 use crate::picture::pane::{Pane, Panes};
 use crate::picture::picking::Target;
+use crate::picture::sheet::Sheet;
 use crate::picture::shelf::Shelf;
 use crate::picture::swatch::Swatches;
+use crate::state::command::Figure;
 use crate::state::destination::Destination;
 use crate::state::document::{Document, Opened};
 use crate::state::history::History;
@@ -58,6 +61,10 @@ pub struct Lab {
     pub studies: Studies,
     /// What is to be said.
     pub messages: Messages,
+    /// The figures asked for.
+    pub figures: Vec<Figure>,
+    /// What they are made of, recorded in the pass after.
+    pub sheet: Option<Sheet>,
 }
 
 /// What can be opened over the window.
@@ -77,6 +84,8 @@ pub struct Sheets {
     pub typing: bool,
     /// A picture from elsewhere.
     pub picture: Option<PictureSheet>,
+    /// What of it is to be compared with.
+    pub compared: Option<Foreign>,
 }
 
 impl Lab {
@@ -98,6 +107,8 @@ impl Lab {
             sheets: Sheets::default(),
             studies: Studies::default(),
             messages: Messages::default(),
+            figures: Vec::new(),
+            sheet: None,
         };
         lab.match_slots();
         lab

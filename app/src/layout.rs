@@ -16,11 +16,16 @@ use crate::look::layer::LayerLook;
 use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::{Caption, aside_ui, waiting_ui};
 use crate::panel::display::Measured;
+use crate::panel::file_caption::{FROM_FILE, FileCaption};
+use crate::panel::picture::PictureSheet;
 use crate::panel::{
     compare, display, formula, help, hint, menu, messages, open, palette, picture, sampling, save, scene, status,
     strategy, table, warnings,
 };
+use crate::picture::content::Content;
+use crate::picture::foreign::Foreign;
 use crate::picture::legend::{self, legend_ui};
+use crate::picture::sheet::Sheet;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
@@ -111,16 +116,17 @@ fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     Panel::top("strategy bar").exact_size(48.0).frame(bar_frame(ui)).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             let estimator = &lab.document.active().estimator;
-            strategy::row_ui(ui, estimator, out);
+            let made = !lab.document.active().is_file();
+            ui.add_enabled_ui(made, |ui| strategy::row_ui(ui, estimator, out));
             ui.add_space(2.0 * GRID);
             // The menu needs its place at the right end.
             let room = ui.available_width() - 110.0 - LAYOUT_MENU;
             if room > 140.0 {
                 let default = lab.document.opened.settings.estimator.light_prob;
-                strategy::light_prob_ui(ui, estimator, default, room.min(272.0), out);
+                ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, estimator, default, room.min(272.0), out));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
                 compare::layout_menu(ui, &lab.document, lab.studies.open, LAYOUT_MENU - 3.0 * GRID, out);
                 layer_menu(ui, lab, 220.0, out);
             });
@@ -140,22 +146,25 @@ fn layer_menu(ui: &mut Ui, lab: &Lab, width: f32, out: &mut Vec<Command>) {
 /// What the projector view has beside the picture.
 fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     let slot = *lab.document.active();
-    let frame = lab.live().frame();
-    strategy::square_ui(ui, &slot.estimator, out);
+    let content = lab.live().content();
+    let made = !slot.is_file();
+    ui.add_enabled_ui(made, |ui| strategy::square_ui(ui, &slot.estimator, out));
     let default = lab.document.opened.settings.estimator.light_prob;
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
-            strategy::light_prob_ui(ui, &slot.estimator, default, ui.available_width(), out);
+            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
+            let width = ui.available_width();
+            ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, &slot.estimator, default, width, out));
         });
     });
-    formula::formula_ui(ui, &slot.estimator, TypeScale::Hall);
+    formula::formula_ui(ui, made.then_some(&slot.estimator), TypeScale::Hall);
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(GRID);
         ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
-            ui.with_layout(Layout::top_down(Align::Min), |ui| match &frame {
+            ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
                 Some(_) if lab.document.slots().len() > 1 => {}
-                Some(frame) => Caption::new(frame, lab.live().is_behind()).column_ui(ui),
+                Some(Content::Frame(frame)) => Caption::new(frame, lab.live().is_behind()).column_ui(ui),
+                Some(Content::File(file)) => file_caption_ui(ui, lab, file),
                 None => waiting_ui(ui),
             });
         });
@@ -181,24 +190,30 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 /// What the projector view has above a wide picture.
 fn hall_bar_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     let estimator = &lab.document.active().estimator;
+    let made = !lab.document.active().is_file();
     ui.add_space(GRID);
     ui.allocate_ui(vec2(ui.available_width(), 62.0), |ui| {
         ui.horizontal_centered(|ui| {
-            strategy::row_ui(ui, estimator, out);
+            ui.add_enabled_ui(made, |ui| strategy::row_ui(ui, estimator, out));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, out);
+                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
             });
         });
     });
     ui.horizontal(|ui| {
         let default = lab.document.opened.settings.estimator.light_prob;
-        strategy::light_prob_ui(ui, estimator, default, 0.36 * ui.available_width(), out);
+        let width = 0.36 * ui.available_width();
+        ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, estimator, default, width, out));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             compare::layout_menu(ui, &lab.document, lab.studies.open, 250.0, out);
             layer_menu(ui, lab, 300.0, out);
         });
     });
-    formula::formula_line_ui(ui, estimator, 26.0);
+    if made {
+        formula::formula_line_ui(ui, estimator, 26.0);
+    } else {
+        ui.label(FROM_FILE);
+    }
 }
 
 fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
@@ -231,7 +246,8 @@ fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>)
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             hint::beside(ui, column, |ui| {
                 let document = &lab.document;
-                sampling::weights_ui(ui, &document.active().estimator, out);
+                let made = !document.active().is_file();
+                ui.add_enabled_ui(made, |ui| sampling::weights_ui(ui, &document.active().estimator, out));
                 sampling::samples_ui(ui, &document.sampling(), &document.opened.settings.sampling, out);
                 sampling::pace_ui(ui, &lab.pacing, out);
                 ui.add_space(GRID);
@@ -246,8 +262,8 @@ fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     panel.frame(column_frame(ui)).show(ui, |ui| {
         let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
         let slot = *lab.document.active();
-        let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, slot.layer));
-        formula::formula_ui(ui, &slot.estimator, TypeScale::Desk);
+        let here = lab.live().content().and_then(|content| lab.pane().here(&content, slot.layer));
+        formula::formula_ui(ui, (!slot.is_file()).then_some(&slot.estimator), TypeScale::Desk);
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             hint::beside(ui, column, |ui| {
@@ -288,11 +304,18 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>
             ui.scope_builder(UiBuilder::new().max_rect(place), |ui| equal_ui(ui, lab, out));
             return;
         }
-        ui.scope_builder(UiBuilder::new().max_rect(place), |ui| match lab.live().frame() {
-            Some(frame) => Caption::new(&frame, lab.live().is_behind()).strip_ui(ui, ASIDE),
+        ui.scope_builder(UiBuilder::new().max_rect(place), |ui| match lab.live().content() {
+            Some(Content::Frame(frame)) => Caption::new(&frame, lab.live().is_behind()).strip_ui(ui, ASIDE),
+            Some(Content::File(file)) => file_caption_ui(ui, lab, &file),
             None => waiting_ui(ui),
         });
     });
+}
+
+/// The caption of the file that is shown alone.
+fn file_caption_ui(ui: &mut Ui, lab: &Lab, file: &Foreign) {
+    let caption = FileCaption::new(file, lab.document.image.resolution);
+    ui.horizontal(|ui| caption.line_ui(ui, lab.document.active().layer));
 }
 
 /// What several pictures have alike, and of what scene they are.
@@ -318,7 +341,7 @@ fn equal_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 /// The legend of the picture that controls are about.
 fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
     let layer = lab.document.active().layer;
-    let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, layer));
+    let here = lab.live().content().and_then(|content| lab.pane().here(&content, layer));
     legend_ui(ui, legend::Key { layer, view: &lab.document.view, here });
 }
 
@@ -327,21 +350,25 @@ const ASIDE: f32 = 180.0;
 
 /// The pictures, and what lies over them. `legend`: on or beside each. Returns where they are.
 fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) -> Rect {
-    if let Some(frame) = lab.live().frame()
+    if let Some(content) = lab.live().content()
         && lab.prefs.panels
     {
-        lab.swatches.update(ui.ctx(), &frame, &lab.document.view);
-        lab.histogram.update(ui.ctx(), &frame, lab.document.active().layer);
+        lab.histogram.update(ui.ctx(), &content, lab.document.active().layer);
+        if let Content::Frame(frame) = &content {
+            lab.swatches.update(ui.ctx(), frame, &lab.document.view);
+        }
     }
     let place = ui.available_rect_before_wrap();
     lab.studies.rest();
     let open = lab.studies.open;
     let [stage, beside] = study::divide(place, open);
     if let Some(stage) = stage {
-        ui.scope_builder(UiBuilder::new().max_rect(stage), |ui| stage::stage_ui(ui, lab, legend, out));
+        recorded(ui, lab, open.is_none(), stage, |ui, lab| {
+            ui.scope_builder(UiBuilder::new().max_rect(stage), |ui| stage::stage_ui(ui, lab, legend, out));
+        });
     }
     if let (Some(open), Some(beside)) = (open, beside) {
-        study::study_ui(ui, lab, open, beside, out);
+        recorded(ui, lab, true, beside, |ui, lab| study::study_ui(ui, lab, open, beside, out));
     }
     ui.advance_cursor_after_rect(place);
     drop_target(ui, place);
@@ -352,6 +379,15 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
         lab.sheets.warnings_read = Some(lab.document.opened.clone());
     }
     place
+}
+
+/// Draws `add`; keeps what it has drawn where a figure of it is asked for.
+fn recorded(ui: &mut Ui, lab: &mut Lab, wanted: bool, place: Rect, add: impl FnOnce(&mut Ui, &mut Lab)) {
+    if wanted && !lab.figures.is_empty() {
+        lab.sheet = Some(Sheet::record(ui, place, |ui| add(ui, lab)));
+    } else {
+        add(ui, lab);
+    }
 }
 
 fn warnings_open(lab: &Lab) -> bool {
@@ -408,7 +444,7 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Comma
     if let Some(sheet) = &mut sheets.picture
         && !picture::picture_ui(ctx, sheet)
     {
-        sheets.picture = None;
+        sheets.compared = sheets.picture.take().and_then(PictureSheet::compared);
     }
     if sheets.table.open {
         let folder = lab.destination.folder(&lab.document);

@@ -192,6 +192,20 @@ impl Lab {
         self.harness.step();
     }
 
+    /// The same, of those that are rendered.
+    #[track_caller]
+    pub fn settle_live(&mut self) {
+        self.until("all live pictures", |lab| {
+            let document = lab.document();
+            let done = |(slot, live): (&Slot, &LivePicture)| {
+                let target = document.settings(slot).sampling.spp.map_or(1, |n| n.get());
+                slot.kept.is_some() || live.current_frame().is_some_and(|f| f.spp() >= target)
+            };
+            document.slots().iter().zip(lab.app().pictures()).all(done)
+        });
+        self.harness.step();
+    }
+
     pub fn click_at(&mut self, at: egui::Pos2) {
         // Not the second of two clicks.
         self.harness.run_steps(60);

@@ -1,6 +1,8 @@
 //! The window, driven by label and role as a user or a screen reader would: every control once.
 
 mod controls;
+mod export;
+mod exr_slot;
 mod files;
 mod lab;
 mod picture;

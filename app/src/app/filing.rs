@@ -21,6 +21,8 @@ use crate::state::history::EditKey;
 use crate::state::paths::{short_name, shortened};
 use crate::state::view::StoredView;
 
+const NO_DIALOG: &str = "This desktop offers no file dialog: type a path, or drop a file on the window.";
+
 impl MisLabApp {
     /// Goes on with another scene, or with the same one after its file has changed.
     fn take_over(&mut self, mut opened: Opened, changes: Option<&str>) {
@@ -86,6 +88,10 @@ impl MisLabApp {
     pub(super) fn save(&mut self, ctx: &Context, create: bool) {
         let frame = self.lab.live().current_frame();
         let Some(frame) = frame else {
+            if self.lab.document.active().is_file() {
+                self.lab.messages.complain("Not saved: this picture is from a file");
+                return;
+            }
             self.lab.messages.complain("Not saved: the first picture with these settings is not complete yet");
             return;
         };
@@ -112,11 +118,19 @@ impl MisLabApp {
     pub(super) fn handle(&mut self, event: FileEvent) {
         let Lab { prefs, destination, files, sheets, messages, .. } = &mut self.lab;
         match event {
+            FileEvent::Compared(file) => {
+                sheets.open = None;
+                self.compare(file);
+            }
+            FileEvent::NotCompared(why) => messages.complain(format!("Not compared: {why}")),
+            FileEvent::NoDialogToCompare => {
+                let remark = "This desktop offers no file dialog: type a path.";
+                sheets.open = Some(OpenSheet { remark, compare: true, ..OpenSheet::default() });
+            }
             FileEvent::Picked(path) => files.open(path),
             FileEvent::PickedFolder(folder) => destination.folder = Some(folder.display().to_string()),
             FileEvent::NoDialog => {
-                let remark = "This desktop offers no file dialog: type a path, or drop a file on the window.";
-                sheets.open = Some(OpenSheet { remark, ..OpenSheet::default() });
+                sheets.open = Some(OpenSheet { remark: NO_DIALOG, ..OpenSheet::default() });
             }
             FileEvent::Picture(file) => {
                 prefs.remember(file.path.clone());
@@ -153,6 +167,14 @@ impl MisLabApp {
                 messages.save_error = Some(SaveError { place: (name, folder), message, no_folder });
                 // The reason is on screen, and so is the picture.
                 self.closing = false;
+            }
+            FileEvent::Exported(path) => {
+                let folder = path.parent().unwrap_or(Path::new(".")).display().to_string();
+                messages.saved(format!("Exported {} to {}", short_name(&path), shortened(&folder, 120)), path);
+            }
+            FileEvent::Figure(image) => {
+                files.copy(image);
+                messages.say("The figure is on the clipboard.");
             }
             FileEvent::TableSaved(what) => messages.say(what),
             FileEvent::TableNotSaved(message) => {

@@ -127,7 +127,7 @@ impl PictureFile {
         }
         let view = ViewState { tone_map: ToneMap::SrgbClip, ..ViewState::default() };
         let (width, height, rgba) = render_to_rgba8(frame, Layer::Picture, &view, true);
-        let bytes = crate::files::png_file::encode(width, height, &rgba)
+        let bytes = crate::picture::png_file::encode(width, height, &rgba)
             .map_err(|error| Failure::Run(format!("{}: cannot encode: {error}", self.path.display())))?;
         Ok((bytes, None))
     }

@@ -2,7 +2,6 @@
 
 pub mod kept;
 pub mod opening;
-pub mod png_file;
 pub mod queue;
 pub mod saving;
 pub mod showing;
@@ -19,10 +18,12 @@ use eframe::egui;
 use mislab_renderer::snapshot::{self, SaveOptions};
 use mislab_renderer::{Error, Frame};
 
-use self::opening::{PictureFile, Reading, picture, read};
+use self::opening::{PictureFile, Reading, compared, picture, read};
 use self::queue::Queue;
 use self::saving::{NotSaved, SaveJob, Saved, write_free};
 use self::watching::{Watched, Watcher};
+use crate::picture::foreign::Foreign;
+use crate::picture::paper::Paper;
 use crate::state::paths::{short_name, shortened};
 use crate::state::prefs::Prefs;
 
@@ -31,6 +32,12 @@ use crate::state::prefs::Prefs;
 pub enum FileEvent {
     /// A file was chosen in the dialog.
     Picked(PathBuf),
+    /// A picture to compare with was read.
+    Compared(Foreign),
+    /// A picture to compare with could not be read.
+    NotCompared(String),
+    /// No dialog came up to choose one.
+    NoDialogToCompare,
     /// A folder was chosen in the dialog.
     PickedFolder(PathBuf),
     /// No dialog came up: this desktop offers none.
@@ -50,9 +57,13 @@ pub enum FileEvent {
     Saved(Saved),
     /// A snapshot could not be written.
     NotSaved(NotSaved),
+    /// A figure was written.
+    Exported(PathBuf),
+    /// A figure for the clipboard was made.
+    Figure(Arc<egui::ColorImage>),
     /// Something of the table was written.
     TableSaved(String),
-    /// Something of the table could not be written.
+    /// Something of the table, or a figure, could not be written.
     TableNotSaved(String),
     /// Something could not even be started.
     Broken(String),
@@ -77,6 +88,13 @@ const NO_DIALOG: Duration = Duration::from_millis(400);
 
 /// Reading takes shorter than this, as a rule, and then is not worth a word.
 const NOTICEABLE: Duration = Duration::from_millis(300);
+
+fn read_compared(path: &Path) -> FileEvent {
+    match compared(path) {
+        Ok(file) => FileEvent::Compared(file),
+        Err(why) => FileEvent::NotCompared(why),
+    }
+}
 
 /// What went wrong, with a long path cut in its middle: the reason stands behind it.
 fn short_message(error: &Error) -> String {
@@ -193,6 +211,11 @@ impl Files {
             | FileEvent::Read { .. }
             | FileEvent::Changed
             | FileEvent::Saved(_)
+            | FileEvent::Exported(_)
+            | FileEvent::Figure(_)
+            | FileEvent::Compared(_)
+            | FileEvent::NotCompared(_)
+            | FileEvent::NoDialogToCompare
             | FileEvent::TableSaved(_) => None,
         });
         failed.collect()
@@ -243,6 +266,25 @@ impl Files {
                 None => None,
             }
         });
+    }
+
+    /// Asks for a picture to compare with, and reads it.
+    pub fn pick_to_compare(&self, folder: Option<PathBuf>) {
+        self.start("compare dialog", Origin::Dialog, move || {
+            let started = Instant::now();
+            let dialog = rfd::FileDialog::new().set_title("Compare with a picture").add_filter("Pictures", &["exr"]);
+            let dialog = folder.into_iter().fold(dialog, |dialog, folder| dialog.set_directory(folder));
+            match dialog.pick_file() {
+                Some(path) => Some(read_compared(&path)),
+                None if started.elapsed() < NO_DIALOG => Some(FileEvent::NoDialogToCompare),
+                None => None,
+            }
+        });
+    }
+
+    /// Reads a picture to compare with.
+    pub fn read_to_compare(&self, path: PathBuf) {
+        self.start("compare", Origin::Dialog, move || Some(read_compared(&path)));
     }
 
     /// Asks for the folder of snapshots with the desktop's dialog.
@@ -301,6 +343,35 @@ impl Files {
             Ok(saved) => FileEvent::Saved(saved),
             Err(not_saved) => FileEvent::NotSaved(not_saved),
         });
+    }
+
+    /// Makes a figure and writes it under the next free name.
+    pub fn export(&mut self, paper: Paper, svg: bool, folder: PathBuf, name: String) {
+        self.enqueue(name.clone(), move || {
+            let encoded = if svg { paper.svg().map(String::into_bytes) } else { paper.png() };
+            let extension = if svg { "svg" } else { "png" };
+            let written = encoded
+                .map_err(|error| Error::Invalid(format!("{name}.{extension}: {error}")))
+                .and_then(|bytes| write_free(&folder, &name, &[(extension, bytes)]));
+            match written {
+                Ok(path) => FileEvent::Exported(path),
+                Err(error) => FileEvent::TableNotSaved(short_message(&error)),
+            }
+        });
+    }
+
+    /// Makes a figure for the clipboard.
+    pub fn make_figure(&self, paper: Paper) {
+        self.start("figure", Origin::Dialog, move || {
+            let (size, rgba) = paper.rgba();
+            let image = egui::ColorImage::from_rgba_unmultiplied(size.map(|n| n as usize), &rgba);
+            Some(FileEvent::Figure(Arc::new(image)))
+        });
+    }
+
+    /// Puts a figure on the clipboard.
+    pub fn copy(&self, image: Arc<egui::ColorImage>) {
+        self.ctx.copy_image(Arc::unwrap_or_clone(image));
     }
 
     /// Writes a text under the next free name.

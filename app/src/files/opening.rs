@@ -7,6 +7,7 @@ use mislab_renderer::snapshot::{Image, Part};
 use mislab_renderer::{Error, pbrt, snapshot};
 
 use crate::files::watching::{Watched, stamp};
+use crate::picture::foreign::Foreign;
 use crate::state::command::Shipped;
 use crate::state::document::Opened;
 use crate::state::view::StoredView;
@@ -109,6 +110,15 @@ pub struct PictureFile {
     pub parts: Vec<Part>,
     /// Its pixels, or why they cannot be shown.
     pub image: Result<Image, String>,
+}
+
+/// A picture to compare with, whoever has made it.
+///
+/// # Errors
+/// If it cannot be read, in words.
+pub fn compared(path: &Path) -> Result<Foreign, String> {
+    let image = snapshot::load_image(path).map_err(|error| super::short_message(&error))?;
+    Foreign::new(path, image, None)
 }
 
 /// A file that is only to be looked at; `None` if it is none of these.

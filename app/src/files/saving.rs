@@ -7,8 +7,8 @@ use std::sync::Arc;
 use mislab_renderer::snapshot::{Contents, SaveOptions, write_new_file};
 use mislab_renderer::{Error, Frame};
 
-use crate::files::png_file;
 use crate::picture::figure::figure;
+use crate::picture::png_file;
 use crate::state::view::StoredView;
 
 /// A snapshot to be written.

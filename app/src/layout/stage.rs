@@ -1,7 +1,7 @@
 //! The stage: one, two or four pictures, each with its caption.
 
 use eframe::egui::{
-    self, Align, Align2, CursorIcon, Layout, Rect, Role, Sense, Stroke, StrokeKind, Ui, UiBuilder, pos2, vec2,
+    self, Align, Align2, Color32, CursorIcon, Layout, Rect, Role, Sense, Stroke, StrokeKind, Ui, UiBuilder, pos2, vec2,
 };
 
 use crate::lab::Lab;
@@ -9,9 +9,12 @@ use crate::look::layer::LayerLook;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::caption::{Caption, waiting_ui};
+use crate::panel::file_caption::FileCaption;
+use crate::picture::content::Content;
 use crate::picture::pane::Subject;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
+use crate::state::paths::shortened;
 
 /// Space between pictures, in points.
 const BETWEEN: f32 = 2.0 * GRID;
@@ -97,8 +100,10 @@ fn wipe_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, legend: bool, out: &mut Vec<
 fn name_ui(ui: &Ui, lab: &Lab, slot: usize, clip: Rect) {
     let strategy = lab.document.slots()[slot].estimator.strategy;
     let font = egui::TextStyle::Body.resolve(ui.style());
-    let ink = Inks::of(ui.visuals()).strategy(strategy);
-    let galley = ui.painter().layout_no_wrap(strategy_name(strategy).into(), font, ink);
+    let ink = slot_ink(ui, lab, slot);
+    let file = lab.engine.pictures()[slot].file().map(|file| shortened(file.name(), 24));
+    let name = file.unwrap_or_else(|| strategy_name(strategy).to_owned());
+    let galley = ui.painter().layout_no_wrap(name, font, ink);
     let size = galley.size() + vec2(4.0 * GRID, 2.0 * GRID);
     let corner = if slot == 0 { Align2::RIGHT_BOTTOM } else { Align2::LEFT_BOTTOM };
     let plate = corner.align_size_within_rect(size, clip.shrink(2.0 * GRID));
@@ -149,6 +154,21 @@ fn flip_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, legend: bool, out: &mut Vec<
     }
 }
 
+/// The colour of a picture's strategy; none for a file.
+fn slot_ink(ui: &Ui, lab: &Lab, slot: usize) -> Color32 {
+    let slot = &lab.document.slots()[slot];
+    if slot.is_file() {
+        return ui.visuals().strong_text_color();
+    }
+    Inks::of(ui.visuals()).strategy(slot.estimator.strategy)
+}
+
+/// What stands under a picture.
+enum Words {
+    Frame(Caption),
+    File(FileCaption),
+}
+
 fn caption_height(ui: &Ui) -> f32 {
     ui.text_style_height(&egui::TextStyle::Body) + 2.0 * GRID
 }
@@ -156,14 +176,18 @@ fn caption_height(ui: &Ui) -> f32 {
 /// What made a picture, in one line; a click makes it the active one.
 fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, out: &mut Vec<Command>) {
     let live = &lab.engine.pictures()[slot];
-    let frame = live.frame();
-    let caption = frame.as_ref().map(|frame| match live.kept() {
-        Some(kept) => Caption::of_kept(kept),
-        None => Caption::new(frame, live.is_behind()),
+    let caption = live.content().map(|content| match content {
+        Content::Frame(frame) if live.kept().is_some() => Words::Frame(Caption::of_kept(&frame)),
+        Content::Frame(frame) => Words::Frame(Caption::new(&frame, live.is_behind())),
+        Content::File(file) => Words::File(FileCaption::new(&file, lab.document.image.resolution)),
     });
     let active = slot == lab.document.active_index();
     let response = ui.interact(place, ui.scope_id().with(("caption", slot)), Sense::click());
-    let spoken = caption.as_ref().map_or_else(|| "waiting".to_owned(), Caption::spoken_line);
+    let spoken = match &caption {
+        Some(Words::Frame(caption)) => caption.spoken_line(),
+        Some(Words::File(caption)) => caption.spoken_line(),
+        None => "waiting".to_owned(),
+    };
     response.widget_info(|| {
         egui::WidgetInfo::selected(Role::RadioButton, true, active, format!("Picture {}: {spoken}", slot + 1))
     });
@@ -173,7 +197,7 @@ fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, ou
     let visuals = ui.visuals();
     let fill = if active { visuals.widgets.inactive.weak_bg_fill } else { visuals.panel_fill };
     ui.painter().rect_filled(place, 0.0, fill);
-    let ink = Inks::of(visuals).strategy(lab.document.slots()[slot].estimator.strategy);
+    let ink = slot_ink(ui, lab, slot);
     // The strategy's colour also where its name has no room.
     let edge = match align {
         Align::Max => place.with_min_x(place.right() - GRID),
@@ -189,7 +213,10 @@ fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, ou
         ui.set_clip_rect(place.intersect(ui.clip_rect()));
         ui.spacing_mut().interact_size.y = 0.0;
         match &caption {
-            Some(caption) => caption.line_ui(ui, lab.document.equal, lab.document.slots()[slot].layer),
+            Some(Words::Frame(caption)) => {
+                caption.line_ui(ui, lab.document.equal, lab.document.slots()[slot].layer);
+            }
+            Some(Words::File(caption)) => caption.line_ui(ui, lab.document.slots()[slot].layer),
             None => waiting_ui(ui),
         }
     });

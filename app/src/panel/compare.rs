@@ -47,6 +47,10 @@ pub fn layout_menu(ui: &mut Ui, document: &Document, study: Option<Study>, width
                 out.push(Command::Keep);
                 ui.close();
             }
+            if ui.add(Button::selectable(false, "Compare with an EXR \u{2026}").shortcut_text("Shift+K")).clicked() {
+                out.push(Command::Compare);
+                ui.close();
+            }
             if document.slots().len() > 1
                 && ui.add(Button::selectable(false, "This layer in all").shortcut_text("L")).clicked()
             {

@@ -5,7 +5,8 @@ use eframe::egui::{self, Color32, Sense, Ui, vec2};
 use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy};
 
 use crate::look::names::strategy_description;
-use crate::look::theme::{Inks, TypeScale};
+use crate::look::theme::{GRID, Inks, TypeScale};
+use crate::panel::file_caption::FROM_FILE;
 use crate::panel::hint::keep_clear;
 use crate::panel::math::{Math, frac, row, sub, text};
 
@@ -13,8 +14,8 @@ use crate::panel::math::{Math, frac, row, sub, text};
 const LINES: f32 = 3.0;
 
 /// Shows it in the width of the column, in as much height as the tallest one needs, with room for a sentence below it:
-/// nothing jumps when strategy or c change.
-pub fn formula_ui(ui: &mut Ui, estimator: &Estimator, scale: TypeScale) {
+/// nothing jumps when strategy or c change. `None`: a file, for which there is none.
+pub fn formula_ui(ui: &mut Ui, estimator: Option<&Estimator>, scale: TypeScale) {
     let inks = Inks::of(ui.visuals());
     let (size, line) = match scale {
         TypeScale::Desk => (18.0, 44.0),
@@ -25,6 +26,12 @@ pub fn formula_ui(ui: &mut Ui, estimator: &Estimator, scale: TypeScale) {
     let height = LINES * line + room;
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     keep_clear(ui.ctx(), rect);
+    let Some(estimator) = estimator else {
+        let words = ui.painter().layout(FROM_FILE.into(), small, ui.visuals().text_color(), rect.width());
+        ui.painter().galley(rect.min + vec2(0.0, GRID), words, ui.visuals().text_color());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, FROM_FILE));
+        return;
+    };
     let formulas = formulas(estimator, inks);
     let color = ui.visuals().text_color();
     let painter = ui.painter_at(rect);

@@ -5,14 +5,21 @@ use eframe::egui::{Button, Ui};
 use super::open::choices_ui;
 use crate::look::theme::GRID;
 use crate::look::zoom::ZoomStep;
-use crate::state::command::Command;
+use crate::state::command::{Command, Figure};
 use crate::state::document::Document;
 use crate::state::history::{EditKey, History};
 use crate::state::keys::{THEMES, bindings};
 use crate::state::prefs::Prefs;
 
-/// The menu button.
-pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, document: &Document, history: &History, out: &mut Vec<Command>) {
+/// The menu button. `study`: one is open.
+pub fn menu_ui(
+    ui: &mut Ui,
+    prefs: &Prefs,
+    document: &Document,
+    history: &History,
+    study: bool,
+    out: &mut Vec<Command>,
+) {
     ui.menu_button("Menu", |ui| {
         ui.set_min_width(300.0);
         let entry = |ui: &mut Ui, name: &str, command: Command, enabled: bool, out: &mut Vec<Command>| {
@@ -33,6 +40,11 @@ pub fn menu_ui(ui: &mut Ui, prefs: &Prefs, document: &Document, history: &Histor
         entry(ui, "Read the open file again", Command::Reload, true, out);
         entry(ui, "Save a snapshot", Command::Save, true, out);
         entry(ui, "Copy the picture", Command::CopyPicture, true, out);
+        ui.menu_button("Export what is seen", |ui| {
+            entry(ui, "As PNG", Command::Export(Figure::Png), true, out);
+            entry(ui, "To the clipboard", Command::Export(Figure::Clipboard), true, out);
+            entry(ui, "A study as SVG", Command::Export(Figure::Svg), study, out);
+        });
         ui.separator();
         let named = |verb: &str, key: Option<EditKey>| {
             key.map_or_else(|| verb.to_owned(), |key| format!("{verb}: {}", key.words(document)))

@@ -17,6 +17,8 @@ pub struct OpenSheet {
     pub text: String,
     /// Said above the field.
     pub remark: &'static str,
+    /// A picture to compare with is asked for.
+    pub compare: bool,
 }
 
 /// The sheet. Returns false when it is done with.
@@ -25,27 +27,49 @@ pub fn open_ui(ctx: &egui::Context, sheet: &mut OpenSheet, recent: &[PathBuf], o
     let modal = Modal::new(Id::unique("open sheet")).show(ctx, |ui| {
         sheet_type(ui);
         ui.set_width(560.0_f32.min(ctx.content_rect().width() - 40.0));
-        ui.heading("Open a scene or a snapshot");
+        let (heading, hint, verb) = if sheet.compare {
+            ("Compare with a picture", "path of an .exr", "Compare")
+        } else {
+            ("Open a scene or a snapshot", "path of a .pbrt or .exr", "Open")
+        };
+        ui.heading(heading);
         if !sheet.remark.is_empty() {
             caption(ui, sheet.remark);
         }
         ui.add_space(GRID);
         ui.horizontal(|ui| {
-            let edit = TextEdit::singleline(&mut sheet.text).hint_text("path of a .pbrt or .exr");
-            let edit = ui.add(edit.desired_width(ui.available_width() - 80.0)).accessible_name("Path");
+            let edit = TextEdit::singleline(&mut sheet.text).hint_text(hint);
+            let edit = ui.add(edit.desired_width(ui.available_width() - 96.0)).accessible_name("Path");
             if !edit.has_focus() && !edit.lost_focus() && sheet.text.is_empty() {
                 edit.request_focus();
             }
             let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-            let clicked = ui.add_sized([72.0, ui.spacing().interact_size.y], egui::Button::new("Open")).clicked();
+            let clicked = ui.add_sized([88.0, ui.spacing().interact_size.y], egui::Button::new(verb)).clicked();
             if (entered || clicked) && !sheet.text.trim().is_empty() {
-                out.push(Command::OpenPath(typed(&sheet.text)));
+                let path = typed(&sheet.text);
+                out.push(if sheet.compare { Command::ComparePath(path) } else { Command::OpenPath(path) });
                 open = false;
             }
         });
-        open &= !choices_ui(ui, recent, out);
+        if sheet.compare {
+            open &= !pictures_ui(ui, recent, out);
+        } else {
+            open &= !choices_ui(ui, recent, out);
+        }
     });
     open && !modal.should_close()
+}
+
+/// Recent pictures as a list of buttons. Returns true after a choice.
+fn pictures_ui(ui: &mut Ui, recent: &[PathBuf], out: &mut Vec<Command>) -> bool {
+    let mut chosen = false;
+    for path in recent.iter().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))) {
+        if ui.button(short_name(path)).hint(path.display().to_string()).clicked() {
+            out.push(Command::ComparePath(path.clone()));
+            chosen = true;
+        }
+    }
+    chosen
 }
 
 /// Recent files and the scenes of the program, as a list of buttons. Returns true after a choice.

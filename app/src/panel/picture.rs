@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use eframe::egui::{self, Id, RichText, ScrollArea, Ui, Window, vec2};
-use mislab_renderer::snapshot::{self, ChannelInfo, Image, Part, layer_and_component, layers_of, shown};
-use mislab_renderer::{Layer, PixelRect};
+use mislab_renderer::Layer;
+use mislab_renderer::snapshot::{self, ChannelInfo, Image, Part, shown};
 
 use crate::files::opening::PictureFile;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::{Hint as _, lines};
 use crate::panel::widgets::{ParamSlider, Scale, caption, title, wide_button};
+use crate::picture::foreign::{Foreign, colours, place};
 use crate::picture::normalise::normalise;
 use crate::picture::planes::Planes;
 use crate::picture::viewport::{Shown, Viewport};
@@ -27,6 +28,8 @@ pub struct PictureSheet {
     viewport: Viewport,
     planes: Option<Arc<Planes>>,
     pixel: Option<[u32; 2]>,
+    /// Asked to be shown beside the live picture.
+    compare: bool,
 }
 
 /// What can be shown of the file at a time: the colours of a layer, or one channel in grey.
@@ -42,7 +45,24 @@ impl PictureSheet {
         let choices = file.image.as_ref().map_or_else(|_| Vec::new(), |image| choices(image, &announced));
         // Drawn by the processor: it is drawn again only when something about it changes.
         let viewport = Viewport::new(None);
-        Self { file, choices, chosen: 0, view: ViewState::default(), viewport, planes: None, pixel: None }
+        Self {
+            file,
+            choices,
+            chosen: 0,
+            view: ViewState::default(),
+            viewport,
+            planes: None,
+            pixel: None,
+            compare: false,
+        }
+    }
+
+    /// What is to be compared with, if that was asked for: what is chosen in the sheet as the picture, and all else.
+    pub fn compared(self) -> Option<Foreign> {
+        let Self { file, choices, chosen, compare, .. } = self;
+        let colours = choices.get(chosen)?.channels;
+        let image = file.image.ok().filter(|_| compare)?;
+        Foreign::new(&file.path, image, Some(colours)).ok()
     }
 
     fn planes(&mut self) -> Option<Arc<Planes>> {
@@ -58,13 +78,8 @@ impl PictureSheet {
 /// Layers with red, green and blue in colour, then every channel by itself, as the file announces it.
 fn choices(image: &Image, announced: &[&ChannelInfo]) -> Vec<Choice> {
     let names: Vec<&str> = image.channels.iter().map(|(name, _)| name.as_str()).collect();
-    let colour = layers_of(names.iter().copied()).into_iter().filter_map(|layer| {
-        let find = |wanted: &str| {
-            let is = |&&c: &&usize| layer_and_component(names[c]).1.eq_ignore_ascii_case(wanted);
-            layer.channels.iter().find(is).copied()
-        };
-        Some(Choice { channels: [find("R")?, find("G")?, find("B")?], name: format!("{} in colour", layer.name) })
-    });
+    let colour =
+        colours(image).into_iter().map(|(layer, channels)| Choice { channels, name: format!("{layer} in colour") });
     let single = names.iter().enumerate().map(|(c, name)| {
         let channel = announced.iter().find(|channel| channel.name == *name);
         Choice { name: channel.map_or_else(|| (*name).to_owned(), |channel| described(channel)), channels: [c; 3] }
@@ -81,22 +96,6 @@ fn described(channel: &ChannelInfo) -> String {
     format!("{}  {}{sampling}", shown(&channel.name), channel.kind)
 }
 
-/// Where the data window lies in the image that is shown, and the size of that: as large as both windows together.
-fn place(image: &Image) -> (PixelRect, [u32; 2]) {
-    let (data, display) = (image.window, image.display);
-    let end = |w: &snapshot::Window, axis: usize| i64::from(w.min[axis]) + i64::from(w.size[axis]);
-    let min = [0, 1].map(|axis| data.min[axis].min(display.min[axis]));
-    let size = [0, 1].map(|axis| end(&data, axis).max(end(&display, axis)) - i64::from(min[axis]));
-    // A display window that has nothing to do with the pixels would leave them a speck.
-    const LARGEST: i64 = 1 << 17;
-    if size.iter().any(|&side| side > LARGEST) {
-        return (PixelRect { min: [0, 0], max: data.size }, data.size);
-    }
-    let corner = [0, 1].map(|axis| (i64::from(data.min[axis]) - i64::from(min[axis])) as u32);
-    let rect = PixelRect { min: corner, max: [0, 1].map(|axis| corner[axis] + data.size[axis]) };
-    (rect, size.map(|side| side as u32))
-}
-
 fn planes(image: &Image, choice: &Choice) -> Planes {
     let (bounds, size) = place(image);
     let data = choice.channels.iter().flat_map(|&c| image.channels[c].1.iter().copied()).collect();
@@ -105,7 +104,7 @@ fn planes(image: &Image, choice: &Choice) -> Planes {
 
 /// The sheet. Returns false when it is done with.
 pub fn picture_ui(ctx: &egui::Context, sheet: &mut PictureSheet) -> bool {
-    let mut open = true;
+    let mut open = !sheet.compare;
     let name = sheet.file.path.file_name().map_or_else(|| "Picture".into(), |n| n.to_string_lossy().into_owned());
     let room = ctx.content_rect().size() - vec2(80.0, 120.0);
     Window::new(shown(&name))
@@ -176,6 +175,9 @@ fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
                 sheet.view.placement.fit();
             }
         });
+        let hint = "Shows it beside the live picture, with the same exposure, zoom and cursor: what is chosen here as the \
+                    picture, and the layers of a snapshot.";
+        sheet.compare |= wide_button(ui, "Compare with it", ui.available_width()).hint(hint).clicked();
     }
     ScrollArea::vertical().id_salt("about the picture").auto_shrink(false).show(ui, |ui| {
         if let Ok(image) = &sheet.file.image {

@@ -73,7 +73,8 @@ fn name_font(ui: &Ui) -> FontId {
 
 /// Its key, its name, and the word for it in scene files. Returns whether it was clicked.
 fn button(ui: &mut Ui, size: Vec2, key: usize, strategy: Strategy, estimator: &Estimator) -> bool {
-    let on = estimator.strategy == strategy;
+    // Of what none of them has made, none is chosen.
+    let on = estimator.strategy == strategy && ui.is_enabled();
     let inks = Inks::of(ui.visuals());
     let body = TextStyle::Body.resolve(ui.style()).size;
     let name = strategy_name(strategy);

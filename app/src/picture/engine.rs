@@ -1,12 +1,12 @@
 //! The workers, and the live pictures that they work on.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use eframe::egui;
-use mislab_renderer::{Abreast, Frame, Lockstep, Pace, Renderer, Request, State};
+use mislab_renderer::{Abreast, Lockstep, Pace, Renderer, Request, State};
 
-use super::live::LivePicture;
+use crate::picture::content::Content;
+use crate::picture::live::LivePicture;
 
 /// One renderer for all pictures of the window.
 pub struct Engine {
@@ -45,12 +45,17 @@ impl Engine {
         self.pictures = found.into_iter().map(|live| live.unwrap_or_else(&mut new)).collect();
     }
 
-    /// Shows a frame that was kept as the picture of that index, or what is rendered again.
-    pub fn show_kept(&mut self, index: usize, kept: Option<&Arc<Frame>>) {
+    /// Shows what was kept as the picture of that index, or what is rendered again.
+    pub fn show_kept(&mut self, index: usize, kept: Option<&Content>) {
         let (Some(renderer), Some(live)) = (&self.renderer, self.pictures.get_mut(index)) else { return };
-        if live.kept().map(Arc::as_ptr) != kept.map(Arc::as_ptr) {
+        let same = match (live.held(), kept) {
+            (Some(shown), Some(kept)) => shown.is(kept),
+            (None, None) => true,
+            (Some(_), None) | (None, Some(_)) => false,
+        };
+        if !same {
             // A new one: what the old one was working on is not wanted any more.
-            *live = LivePicture::of_kept(renderer.add_picture(), kept.cloned());
+            *live = LivePicture::of_held(renderer.add_picture(), kept.cloned());
             self.abreast = None;
         }
     }

@@ -56,7 +56,7 @@ pub fn figure(frame: &Frame, layer: Layer, view: &ViewState, dark: bool) -> (u32
 }
 
 /// What the picture is, and what made it: true of the frame, whatever the window shows by now.
-fn caption(frame: &Frame) -> [String; 2] {
+pub fn caption(frame: &Frame) -> [String; 2] {
     let request = frame.request();
     let settings = &request.settings;
     let estimator = &settings.estimator;

@@ -1,10 +1,13 @@
 //! How bright the pixels of a picture are: what exposure has to do with.
 
+use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use eframe::egui::Context;
 use mislab_renderer::{Frame, Layer};
 
+use crate::picture::content::Content;
+use crate::picture::foreign::Foreign;
 use crate::picture::tone::clipped_from;
 use crate::state::view::ViewState;
 
@@ -20,6 +23,8 @@ pub struct Histogram {
     values: Vec<f32>,
     of: Option<(u64, u32, Layer)>,
     made: Option<Instant>,
+    /// The file looked at instead.
+    file: Option<(Weak<Foreign>, Layer)>,
 }
 
 impl Histogram {
@@ -28,8 +33,30 @@ impl Histogram {
     /// Stops above white at the right end.
     pub const HIGH: f32 = 4.0;
 
-    /// Brings it up to date with a layer of the frame on screen.
-    pub fn update(&mut self, ctx: &Context, frame: &Frame, layer: Layer) {
+    /// Brings it up to date with a layer of what is on screen.
+    pub fn update(&mut self, ctx: &Context, content: &Content, layer: Layer) {
+        match content {
+            Content::Frame(frame) => self.follow(ctx, frame, layer),
+            Content::File(file) => self.take(file, layer),
+        }
+    }
+
+    /// A file stays as it is.
+    fn take(&mut self, file: &Arc<Foreign>, layer: Layer) {
+        let same = self.file.as_ref().is_some_and(|(held, of)| Weak::as_ptr(held) == Arc::as_ptr(file) && *of == layer);
+        if same {
+            return;
+        }
+        (self.file, self.of) = (Some((Arc::downgrade(file), layer)), None);
+        let [width, height] = file.size();
+        let middles = |length: u32| (0..SIDE.min(length)).map(move |i| (2 * i + 1) * length / (2 * SIDE.min(length)));
+        let pixels = middles(height).flat_map(|y| middles(width).map(move |x| [x, y]));
+        let largest = |at: [u32; 2]| layer.channels().iter().filter_map(|c| file.value(at, *c)).reduce(f32::max);
+        self.values = pixels.filter_map(largest).map(|v| v.max(0.0)).filter(|v| v.is_finite()).collect();
+    }
+
+    fn follow(&mut self, ctx: &Context, frame: &Frame, layer: Layer) {
+        self.file = None;
         let of = (frame.generation(), frame.spp(), layer);
         if self.of == Some(of) {
             return;

@@ -59,9 +59,11 @@ pub fn legend_ui(ui: &mut egui::Ui, key: Key<'_>) {
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
 }
 
-/// The legend without a plate, its upper left corner at `at`, no wider than `available`.
-pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, available: f32) {
-    Legend::new(ui, Key { layer, view, here: None }, available).paint(ui.painter(), at);
+/// The legend without a plate, its upper left corner at `at`, no wider than `available`; returns its size.
+pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, available: f32) -> Vec2 {
+    let legend = Legend::new(ui, Key { layer, view, here: None }, available);
+    legend.paint(ui.painter(), at);
+    legend.size
 }
 
 /// A legend laid out.

@@ -7,6 +7,9 @@ use std::time::{Duration, Instant};
 
 use mislab_renderer::{Frame, Frames, Pace, Picture, Request, Status, Subscription};
 
+use crate::picture::content::Content;
+use crate::picture::foreign::Foreign;
+
 /// How long the old picture may stand unmarked after a change: shorter than one notices, longer
 /// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
 const GRACE: Duration = Duration::from_millis(120);
@@ -26,7 +29,7 @@ pub struct LivePicture {
     shown: Option<u64>,
     pace: Pace,
     /// Shown instead of anything rendered.
-    kept: Option<Arc<Frame>>,
+    held: Option<Content>,
 }
 
 impl LivePicture {
@@ -41,23 +44,44 @@ impl LivePicture {
             frame: None,
             shown: None,
             pace: Pace::Full,
-            kept: None,
+            held: None,
         }
     }
 
-    /// A frame that was kept, on a picture of which nothing is asked.
-    pub fn of_kept(picture: Picture, kept: Option<Arc<Frame>>) -> Self {
-        Self { kept, ..Self::new(picture) }
+    /// A frame that was kept or a file, on a picture of which nothing is asked.
+    pub fn of_held(picture: Picture, held: Option<Content>) -> Self {
+        Self { held, ..Self::new(picture) }
+    }
+
+    /// What is shown instead of anything rendered: a frame that was kept, or a file.
+    pub fn held(&self) -> Option<&Content> {
+        self.held.as_ref()
     }
 
     /// The frame that was kept and is shown.
     pub fn kept(&self) -> Option<&Arc<Frame>> {
-        self.kept.as_ref()
+        match &self.held {
+            Some(Content::Frame(frame)) => Some(frame),
+            Some(Content::File(_)) | None => None,
+        }
+    }
+
+    /// The file that is shown.
+    pub fn file(&self) -> Option<&Arc<Foreign>> {
+        match &self.held {
+            Some(Content::File(file)) => Some(file),
+            Some(Content::Frame(_)) | None => None,
+        }
+    }
+
+    /// What is shown: what is held, or else [`Self::frame`].
+    pub fn content(&self) -> Option<Content> {
+        self.held.clone().or_else(|| self.frame().map(Content::Frame))
     }
 
     /// Hands over what should be rendered, if that has changed. Returns at once.
     pub fn submit(&mut self, request: Request) {
-        let Some(picture) = self.picture.as_ref().filter(|_| self.kept.is_none()) else { return };
+        let Some(picture) = self.picture.as_ref().filter(|_| self.held.is_none()) else { return };
         let same = self.submitted.as_ref().is_some_and(|old| {
             // A scene is compared by its numbers only if it is not the very same one.
             old.settings == request.settings && (Arc::ptr_eq(&old.scene, &request.scene) || old.scene == request.scene)
@@ -86,7 +110,7 @@ impl LivePicture {
 
     /// Starts again from the first sample.
     pub fn restart(&mut self) {
-        if let Some(picture) = self.picture.as_ref().filter(|_| self.kept.is_none()) {
+        if let Some(picture) = self.picture.as_ref().filter(|_| self.held.is_none()) {
             self.generation = picture.restart();
             self.changed_at = Instant::now();
         }
@@ -123,14 +147,18 @@ impl LivePicture {
         self.frames.release();
     }
 
-    /// The frame of this pass or, between passes, the newest one; perhaps of older settings.
+    /// The frame of this pass or, between passes, the newest one; perhaps of older settings. None of a file.
     pub fn frame(&self) -> Option<Arc<Frame>> {
-        self.kept.clone().or_else(|| self.frame.clone()).or_else(|| self.picture.as_ref().and_then(Picture::latest))
+        match &self.held {
+            Some(Content::Frame(frame)) => Some(frame.clone()),
+            Some(Content::File(_)) => None,
+            None => self.frame.clone().or_else(|| self.picture.as_ref().and_then(Picture::latest)),
+        }
     }
 
     /// The same, if it was made with the current settings.
     pub fn current_frame(&self) -> Option<Arc<Frame>> {
-        self.frame().filter(|frame| self.kept.is_some() || frame.generation() == self.generation)
+        self.frame().filter(|frame| self.held.is_some() || frame.generation() == self.generation)
     }
 
     /// Generation of the frame on screen.

@@ -3,11 +3,12 @@
 use eframe::egui::{self, Align2, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
 
-use mislab_renderer::{Frame, Layer};
+use mislab_renderer::Layer;
 
 use crate::look::layer::not_drawn;
 use crate::look::theme::GRID;
 use crate::picture::black::Black;
+use crate::picture::content::Content;
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::interaction::{Interaction, Place};
 use crate::picture::legend::{Key, legend_overlay};
@@ -18,6 +19,7 @@ use crate::picture::viewport::{Shown, Viewport};
 use crate::state::command::Command;
 use crate::state::document::Document;
 use crate::state::placement::Geometry;
+use crate::state::view::ViewState;
 
 /// What a pane is to show.
 pub struct Subject<'a> {
@@ -47,6 +49,8 @@ pub struct Pane {
     pixel: Option<[u32; 2]>,
     /// In this one.
     own_pixel: Option<[u32; 2]>,
+    /// The same as the first, in the pixels of what is shown: a file may have others.
+    read: Option<[u32; 2]>,
     interaction: Interaction,
     black: Black,
 }
@@ -58,6 +62,7 @@ impl Pane {
             geometry: None,
             pixel: None,
             own_pixel: None,
+            read: None,
             interaction: Interaction::default(),
             black: Black::default(),
         }
@@ -66,6 +71,11 @@ impl Pane {
     /// Where the picture lay in the last pass; `None` without a frame.
     pub fn geometry(&self) -> Option<Geometry> {
         self.geometry
+    }
+
+    /// The same as [`Self::pixel`], in the pixels of what is shown.
+    pub fn read(&self) -> Option<[u32; 2]> {
+        self.read
     }
 
     /// The pixel that was under the mouse in this or another picture, in coordinates of the full image.
@@ -83,6 +93,7 @@ impl Pane {
         self.geometry = None;
         self.pixel = None;
         self.own_pixel = None;
+        self.read = None;
         self.interaction = Interaction::default();
     }
 
@@ -90,23 +101,30 @@ impl Pane {
     /// click makes it the picture that controls are about. Returns where.
     pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, on: &Subject<'_>, out: &mut Vec<Command>) -> Rect {
         let layer = document.slots()[on.slot].layer;
-        let frame = on.live.frame();
-        let planes = frame.as_ref().map(|frame| self.viewport.planes_of(frame, layer));
+        let content = on.live.content();
+        let planes = content.as_ref().map(|content| self.viewport.planes_of(content, layer));
+        let missing = planes.as_ref().and_then(|planes| planes.as_ref().err()).cloned();
+        let planes = planes.and_then(Result::ok);
         let behind = on.live.marked_in().is_some_and(|wait| wait.is_zero());
         let stale = if on.outdated {
             Some("the file as it was before the error")
         } else {
             behind.then_some("previous settings")
         };
-        let shown = self.viewport.ui(ui, &mut document.view, Shown { layer, planes: planes.as_ref(), stale });
+        let shown = Shown { layer, planes: planes.as_ref(), stale };
+        // A file may have another resolution: pictures are aligned by their edges.
+        let image = document.image.resolution;
+        let size = content.as_ref().map_or(image, Content::size);
+        let shown = aligned(&mut document.view, [image, size], |view| self.viewport.ui(ui, view, shown));
         self.geometry = shown.geometry;
-        self.own_pixel = shown.hovered_pixel;
+        self.own_pixel = shown.hovered_pixel.map(|at| same_place(at, [size, image]));
         self.pixel = self.own_pixel.or(on.cursor);
+        self.read = shown.hovered_pixel.or(on.cursor.map(|at| same_place(at, [image, size])));
         if shown.response.clicked() && document.active_index() != on.slot {
             out.push(Command::Activate(on.slot));
         }
         let rect = shown.response.rect.intersect(ui.clip_rect());
-        let Some(frame) = frame else {
+        let Some(content) = content else {
             let text = if on.reading { "Reading the scene \u{2026}" } else { "Rendering the first picture \u{2026}" };
             let font = egui::TextStyle::Heading.resolve(ui.style());
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, font, ui.visuals().weak_text_color());
@@ -114,23 +132,29 @@ impl Pane {
         };
         if let Some(geometry) = self.geometry {
             let place = Place { document, geometry, pixel: self.own_pixel };
-            if on.live.kept().is_none() {
+            if on.live.held().is_none() {
                 self.interaction.ui(ui, &place, on.pointed_at.or(on.hovered), out);
             } else {
                 // The scene may be another one by now.
                 self.interaction = Interaction::default();
             }
-            if let Some(at) = self.pixel.filter(|_| self.own_pixel.is_none()) {
+            if let Some(at) = self.read.filter(|_| self.own_pixel.is_none()) {
                 cursor(ui, rect, geometry.to_screen(at.map(|i| i as f32 + 0.5)));
             }
         }
-        if let Some(words) = not_drawn(layer, &frame.request().settings.estimator) {
+        if let Content::Frame(frame) = &content {
+            if let Some(words) = not_drawn(layer, &frame.request().settings.estimator) {
+                remark(ui, rect, words);
+            }
+            if layer == Layer::Picture {
+                self.black.overlay(ui, rect, frame);
+            }
+        }
+        if let Some(words) = missing {
             remark(ui, rect, words);
+            return rect;
         }
-        if layer == Layer::Picture {
-            self.black.overlay(ui, rect, &frame);
-        }
-        let pixel = self.pixel.map(|at| Pixel { frame: &frame, at });
+        let pixel = self.read.map(|at| Pixel { content: &content, at });
         if on.legend {
             let here = pixel.as_ref().and_then(|pixel| pixel.single(layer));
             let picture = self.geometry.map_or(rect, |geometry| geometry.picture_rect());
@@ -142,10 +166,32 @@ impl Pane {
         rect
     }
 
-    /// The number under the mouse of a layer that has one for each pixel of `frame`.
-    pub fn here(&self, frame: &Frame, layer: Layer) -> Option<f32> {
-        Pixel { frame, at: self.pixel? }.single(layer)
+    /// The number under the mouse of a layer that has one for each pixel of what is shown.
+    pub fn here(&self, content: &Content, layer: Layer) -> Option<f32> {
+        Pixel { content, at: self.read? }.single(layer)
     }
+}
+
+/// Looks at a picture of `to` pixels as the view looks at one of `from`; how that changes, changes the view.
+fn aligned<R>(view: &mut ViewState, [from, to]: [[u32; 2]; 2], look: impl FnOnce(&mut ViewState) -> R) -> R {
+    if from == to {
+        return look(view);
+    }
+    let placement = view.placement.scaled(from, to);
+    let mut own = ViewState { placement, ..view.clone() };
+    let result = look(&mut own);
+    if own.placement != placement {
+        view.placement = own.placement.scaled(to, from);
+    }
+    result
+}
+
+/// The pixel at the same place of a picture of `to` pixels instead of `from`.
+fn same_place(at: [u32; 2], [from, to]: [[u32; 2]; 2]) -> [u32; 2] {
+    [0, 1].map(|i| {
+        let [at, from, to] = [at[i], from[i], to[i]].map(u64::from);
+        ((2 * at + 1) * to / (2 * from).max(1)) as u32
+    })
 }
 
 /// Where the mouse is in another picture.

@@ -1,15 +1,16 @@
 //! The pixel under the cursor: its place and its numbers.
 
 use eframe::egui::{self, Align2, Color32, Rect, Role, Sense, TextStyle, Ui, vec2};
-use mislab_renderer::{Channel, Frame, Layer};
+use mislab_renderer::{Channel, Layer};
 
 use crate::look::layer::LayerLook;
 use crate::look::theme::GRID;
+use crate::picture::content::Content;
 
-/// A pixel of a frame.
+/// A pixel of what is shown.
 pub struct Pixel<'a> {
-    /// The frame.
-    pub frame: &'a Frame,
+    /// What is shown.
+    pub content: &'a Content,
     /// Column and row in the full image.
     pub at: [u32; 2],
 }
@@ -65,14 +66,16 @@ impl Pixel<'_> {
 
     /// All channels, for the clipboard.
     pub fn table(&self) -> String {
-        let values = Channel::ALL.iter().map(|c| format!("{}\t{}", c.exr_name(), self.value(*c)));
+        let values = Channel::ALL.iter().filter_map(|c| {
+            let value = self.content.value(self.at, *c)?;
+            Some(format!("{}\t{value}", c.exr_name()))
+        });
         let [x, y] = self.at;
         format!("x\t{x}\ny\t{y}\n{}\n", values.collect::<Vec<_>>().join("\n"))
     }
 
     fn value(&self, channel: Channel) -> f32 {
-        let [x, y] = self.at;
-        self.frame.pixel(x, y, channel).unwrap_or(f32::NAN)
+        self.content.value(self.at, channel).unwrap_or(f32::NAN)
     }
 }
 

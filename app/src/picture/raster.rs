@@ -3,57 +3,102 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use eframe::egui::epaint::{ClippedPrimitive, Mesh, Primitive, Vertex};
+use eframe::egui::epaint::{ClippedPrimitive, ClippedShape, Mesh, Primitive, Vertex};
 use eframe::egui::{
-    self, Color32, ColorImage, ImageData, Pos2, RawInput, Rect, TextureId, Theme, Ui, ViewportId, vec2,
+    Color32, ColorImage, Context, ImageData, Pos2, RawInput, Rect, TextureId, Theme, Ui, ViewportId, vec2,
 };
 
 use crate::look::theme::{self, TypeScale};
+use crate::picture::sheet::patch;
 
 /// What `add` paints on the ground of a panel: rows of RGBA8 from the top left, `scale` pixels to a point.
-pub fn paint([width, height]: [u32; 2], scale: f32, dark: bool, mut add: impl FnMut(&mut Ui)) -> Vec<u8> {
-    let ctx = egui::Context::default();
-    theme::install_fonts(&ctx);
-    theme::install(&ctx, TypeScale::Desk, true);
-    ctx.set_theme(if dark { Theme::Dark } else { Theme::Light });
-    let size = vec2(width as f32, height as f32);
-    let mut input =
-        RawInput { screen_rect: Some(Rect::from_min_size(Pos2::ZERO, size / scale)), ..RawInput::default() };
-    input.viewports.entry(ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
-    let mut ground = Color32::BLACK;
-    let mut output = ctx.run_ui(input, |ui| {
-        ground = ui.visuals().panel_fill;
-        add(ui);
-    });
-    let mut textures: HashMap<TextureId, ColorImage> = HashMap::new();
-    let deltas = output.textures_delta.set.iter().flat_map(|(id, deltas)| deltas.iter().map(move |delta| (id, delta)));
-    for (id, delta) in deltas {
-        let ImageData::Color(image) = &delta.image;
-        match (delta.pos, textures.get_mut(id)) {
-            (Some(at), Some(texture)) => patch(texture, image, at),
-            (Some(_), None) | (None, _) => drop(textures.insert(*id, Arc::unwrap_or_clone(image.clone()))),
-        }
-    }
-    // Handled: the toolkit asks.
-    output.textures_delta.clear();
-    let mut canvas =
-        Canvas { size: [width as usize, height as usize], pixels: vec![ground; (width * height) as usize] };
-    for ClippedPrimitive { clip_rect, primitive } in ctx.tessellate(output.shapes, output.pixels_per_point) {
-        if let Primitive::Mesh(mesh) = primitive
-            && let Some(texture) = textures.get(&mesh.texture_id)
-        {
-            canvas.mesh(&mesh, texture, clip_rect * scale, scale);
-        }
-    }
-    canvas.pixels.iter().flat_map(Color32::to_array).collect()
+pub fn paint(size: [u32; 2], scale: f32, dark: bool, add: impl FnMut(&mut Ui)) -> Vec<u8> {
+    Offscreen::new(size, scale, dark, TypeScale::Desk, add).pixels()
 }
 
-fn patch(texture: &mut ColorImage, part: &ColorImage, [left, top]: [usize; 2]) {
-    for (y, row) in part.pixels.chunks_exact(part.width().max(1)).enumerate() {
-        let start = (top + y) * texture.width() + left;
-        if let Some(place) = texture.pixels.get_mut(start..start + row.len()) {
-            place.copy_from_slice(row);
+/// A pass of the toolkit without a window: what it would have drawn.
+pub struct Offscreen {
+    /// In pixels.
+    pub size: [u32; 2],
+    /// Pixels to a point.
+    pub scale: f32,
+    /// Of a panel.
+    pub ground: Color32,
+    /// In the order of drawing, in points.
+    pub shapes: Vec<ClippedShape>,
+    ctx: Context,
+    textures: HashMap<TextureId, ColorImage>,
+}
+
+impl Offscreen {
+    /// The largest side of a texture, in pixels: that of no device.
+    const TEXTURE_SIDE: usize = 1 << 15;
+
+    /// Runs `add`, with type of that size.
+    pub fn new(size: [u32; 2], scale: f32, dark: bool, type_scale: TypeScale, mut add: impl FnMut(&mut Ui)) -> Self {
+        let ctx = Context::default();
+        theme::install_fonts(&ctx);
+        theme::install(&ctx, type_scale, true);
+        ctx.set_theme(if dark { Theme::Dark } else { Theme::Light });
+        let points = vec2(size[0] as f32, size[1] as f32) / scale;
+        let mut input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, points)),
+            max_texture_side: Some(Self::TEXTURE_SIDE),
+            ..RawInput::default()
+        };
+        input.viewports.entry(ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
+        let mut ground = Color32::BLACK;
+        let mut output = ctx.run_ui(input, |ui| {
+            ground = ui.visuals().panel_fill;
+            add(ui);
+        });
+        let mut textures: HashMap<TextureId, ColorImage> = HashMap::new();
+        let deltas =
+            output.textures_delta.set.iter().flat_map(|(id, deltas)| deltas.iter().map(move |delta| (id, delta)));
+        for (id, delta) in deltas {
+            let ImageData::Color(image) = &delta.image;
+            match (delta.pos, textures.get_mut(id)) {
+                (Some(at), Some(texture)) => patch(texture, image, at),
+                (Some(_), None) | (None, _) => drop(textures.insert(*id, Arc::unwrap_or_clone(image.clone()))),
+            }
         }
+        // Handled: the toolkit asks.
+        output.textures_delta.clear();
+        Self { size, scale, ground, shapes: output.shapes, ctx, textures }
+    }
+
+    /// All of it on its ground: rows of RGBA8 from the top left.
+    pub fn pixels(&self) -> Vec<u8> {
+        let canvas = self.drawn(self.shapes.clone(), self.ground);
+        canvas.pixels.iter().flat_map(Color32::to_array).collect()
+    }
+
+    /// One of its shapes on nothing: the pixels it touches, their left and top, and how many there are of them.
+    pub fn alone(&self, shape: &ClippedShape) -> ([u32; 4], Vec<u8>) {
+        let canvas = self.drawn(vec![shape.clone()], Color32::TRANSPARENT);
+        let [width, height] = canvas.size;
+        let all = Rect::from_min_size(Pos2::ZERO, vec2(width as f32, height as f32));
+        let touched = (shape.shape.visual_bounding_rect().intersect(shape.clip_rect) * self.scale).expand(1.0);
+        let part = touched.intersect(all);
+        let [left, top] = [part.left(), part.top()].map(|v| v.floor() as usize);
+        let [right, bottom] = [part.right(), part.bottom()].map(|v| v.ceil() as usize);
+        let (right, bottom) = (right.clamp(left, width.max(left)), bottom.clamp(top, height.max(top)));
+        let rows = (top..bottom).flat_map(|y| &canvas.pixels[y * width + left..y * width + right]);
+        let bytes = rows.flat_map(Color32::to_srgba_unmultiplied).collect();
+        ([left, top, right - left, bottom - top].map(|v| v as u32), bytes)
+    }
+
+    fn drawn(&self, shapes: Vec<ClippedShape>, ground: Color32) -> Canvas {
+        let size = self.size.map(|n| n as usize);
+        let mut canvas = Canvas { size, pixels: vec![ground; size[0] * size[1]] };
+        for ClippedPrimitive { clip_rect, primitive } in self.ctx.tessellate(shapes, self.scale) {
+            if let Primitive::Mesh(mesh) = primitive
+                && let Some(texture) = self.textures.get(&mesh.texture_id)
+            {
+                canvas.mesh(&mesh, texture, clip_rect * self.scale, self.scale);
+            }
+        }
+        canvas
     }
 }
 
@@ -136,7 +181,7 @@ fn texel(texture: &ColorImage, uv: [f32; 2]) -> [u8; 4] {
 
 #[cfg(test)]
 mod tests {
-    use eframe::egui::{Stroke, pos2};
+    use eframe::egui::{self, Stroke, pos2};
 
     use super::*;
 

@@ -7,8 +7,11 @@ use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
 use crate::look::layer::LayerLook;
+use crate::picture::content::Content;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
+use crate::picture::foreign::Foreign;
 use crate::picture::planes::Planes;
+use crate::picture::sheet::Recorder;
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::{Geometry, Placement};
 use crate::state::view::ViewState;
@@ -24,7 +27,30 @@ pub struct Viewport {
     gpu: Option<FilmTexture>,
     cpu: Option<CpuPicture>,
     /// The layer last taken from a frame, which may be gone.
-    planes: Option<(Weak<Frame>, Arc<Planes>)>,
+    planes: Option<(Origin, Arc<Planes>)>,
+}
+
+/// What planes were taken from, which may be gone.
+enum Origin {
+    Frame(Weak<Frame>),
+    File(Weak<Foreign>),
+}
+
+impl Origin {
+    fn of(content: &Content) -> Self {
+        match content {
+            Content::Frame(frame) => Self::Frame(Arc::downgrade(frame)),
+            Content::File(file) => Self::File(Arc::downgrade(file)),
+        }
+    }
+
+    fn is(&self, content: &Content) -> bool {
+        match (self, content) {
+            (Self::Frame(held), Content::Frame(frame)) => Weak::as_ptr(held) == Arc::as_ptr(frame),
+            (Self::File(held), Content::File(file)) => Weak::as_ptr(held) == Arc::as_ptr(file),
+            (Self::Frame(_), Content::File(_)) | (Self::File(_), Content::Frame(_)) => false,
+        }
+    }
 }
 
 /// A picture drawn without the shader, and what it was drawn from.
@@ -104,18 +130,19 @@ impl Viewport {
         ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
     }
 
-    /// The layer of the frame, taken out of it only when frame or layer changed.
-    pub fn planes_of(&mut self, frame: &Arc<Frame>, layer: Layer) -> Arc<Planes> {
+    /// The layer, taken out only when content or layer changed.
+    ///
+    /// # Errors
+    /// If there are no numbers of that layer, why not.
+    pub fn planes_of(&mut self, content: &Content, layer: Layer) -> Result<Arc<Planes>, String> {
         match &self.planes {
-            Some((from, planes)) if Weak::as_ptr(from) == Arc::as_ptr(frame) && planes.layer() == layer => {
-                planes.clone()
-            }
-            _ => {
+            Some((from, planes)) if from.is(content) && planes.layer() == layer => Ok(planes.clone()),
+            Some(_) | None => {
                 // The old ones go first: no need for both at a time.
                 self.planes = None;
-                let planes = Arc::new(Planes::from_frame(frame, layer));
-                self.planes = Some((Arc::downgrade(frame), planes.clone()));
-                planes
+                let planes = Arc::new(content.planes(layer)?);
+                self.planes = Some((Origin::of(content), planes.clone()));
+                Ok(planes)
             }
         }
     }
@@ -123,7 +150,8 @@ impl Viewport {
     fn paint(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
         if let Some(callback) = self.gpu.as_mut().and_then(|gpu| gpu.paint(planes, uniforms)) {
             self.cpu = None;
-            painter.add(egui_wgpu::Callback::new_paint_callback(rect, callback));
+            let at = painter.add(egui_wgpu::Callback::new_paint_callback(rect, callback));
+            Recorder::note(painter, at, rect, planes, uniforms);
         } else {
             self.paint_on_cpu(painter, rect, planes, uniforms);
         }
@@ -141,6 +169,7 @@ impl Viewport {
         if size.contains(&0) {
             return;
         }
+        let fine = uniforms;
         let uniforms = if factor > 1.0 { uniforms.coarser(factor) } else { uniforms };
         let current = self
             .cpu
@@ -160,7 +189,8 @@ impl Viewport {
         }
         if let Some(picture) = &self.cpu {
             let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-            painter.image(picture.texture.id(), rect, whole, Color32::WHITE);
+            let at = painter.add(egui::Shape::image(picture.texture.id(), rect, whole, Color32::WHITE));
+            Recorder::note(painter, at, rect, planes, fine);
         }
     }
 }

@@ -53,6 +53,10 @@ pub enum Command {
     OpenTyped,
     /// Opens a scene or a snapshot.
     OpenPath(PathBuf),
+    /// Asks for a picture to compare with.
+    Compare,
+    /// Shows a picture from a file beside the active one.
+    ComparePath(PathBuf),
     /// Reads the open file again.
     Reload,
     /// Puts away what is said about a file that could not be opened.
@@ -73,6 +77,8 @@ pub enum Command {
     CopyPicture,
     /// Copies the values under the cursor.
     CopyValues,
+    /// Writes what is seen, as a figure.
+    Export(Figure),
 
     /// Shows or hides the side panels (the projector view).
     TogglePanels,
@@ -94,6 +100,17 @@ pub enum Command {
     ToggleTable,
     /// Stops the table that is being made.
     StopTable,
+}
+
+/// What is made of what is seen: of the study if one is open, or else of all pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// A PNG beside the snapshots, two pixels to a point.
+    Png,
+    /// The same on the clipboard.
+    Clipboard,
+    /// An SVG of a study.
+    Svg,
 }
 
 impl From<Edit> for Command {

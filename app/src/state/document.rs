@@ -56,13 +56,25 @@ pub struct Slot {
     pub sampler: SamplerSettings,
     /// Which image of the frame is shown.
     pub layer: Layer,
-    /// It is not rendered: a frame that was kept is shown.
-    pub kept: Option<KeptFrame>,
+    /// It is not rendered: what was kept is shown.
+    pub kept: Option<Kept>,
 }
 
-/// The number of a frame that was kept.
+impl Slot {
+    /// It shows a file, which nothing set here has made.
+    pub fn is_file(&self) -> bool {
+        matches!(self.kept, Some(Kept::File(_)))
+    }
+}
+
+/// The number of what was kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KeptFrame(pub u64);
+pub enum Kept {
+    /// A frame.
+    Frame(u64),
+    /// A picture from a file.
+    File(u64),
+}
 
 /// Everything a control sets. Pictures differ in their [`Slot`]s and share the rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,13 +246,23 @@ impl Document {
     }
 
     /// Shows a kept frame of the active picture beside it.
-    pub fn keep(&mut self, kept: KeptFrame) {
+    pub fn keep(&mut self, kept: Kept) {
         if self.arrangement.count() != 2 {
             self.arrange(Arrangement::Beside);
         }
         let own = Slot { kept: None, ..*self.active() };
         *self.active_mut() = own;
         self.slots[1 - self.active] = Slot { kept: Some(kept), ..own };
+    }
+
+    /// Shows a picture from a file beside the active one, or in place of the next of four.
+    pub fn compare(&mut self, kept: Kept) {
+        if self.slots.len() < 2 {
+            self.arrange(Arrangement::Beside);
+        }
+        let next = (self.active + 1) % self.slots.len();
+        // Compared is what the active one shows.
+        self.slots[next] = Slot { kept: Some(kept), ..*self.active() };
     }
 
     /// The samples of the active picture as it would be alone.

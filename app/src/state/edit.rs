@@ -128,12 +128,50 @@ impl Edit {
         }
     }
 
+    /// Whether it is about how a picture is made, of which a file knows nothing.
+    pub fn is_about_making(&self) -> bool {
+        match self {
+            Self::SetStrategy(_)
+            | Self::SetLightProb(_)
+            | Self::NudgeLightProb(_)
+            | Self::SetHeuristic(_)
+            | Self::SetWeights(_)
+            | Self::SetSampler(_)
+            | Self::SetJitter(_) => true,
+            Self::SetSpp(_)
+            | Self::SetSeed(_)
+            | Self::SetAlpha(..)
+            | Self::SetLightRadius(..)
+            | Self::SetLightOn(..)
+            | Self::ResetScene
+            | Self::Arrange(_)
+            | Self::SetEqual(_)
+            | Self::ShareLayer
+            | Self::SetLayer(_)
+            | Self::CycleLayer(_)
+            | Self::SetExposure(_)
+            | Self::SetOffset(_)
+            | Self::NudgeExposure(_)
+            | Self::NudgeOffset(_)
+            | Self::SetToneMap(_)
+            | Self::SetMarkClipped(_)
+            | Self::SetVarianceRange(_)
+            | Self::ResetView => false,
+        }
+    }
+
     /// Carries it out. What is out of range or meant for something else changes nothing.
     pub fn apply(&self, document: &mut Document) {
         let before = *document.active();
+        if before.is_file() && self.is_about_making() {
+            return;
+        }
         self.change(document);
         let slot = document.active_mut();
-        if before.kept.is_some() && (slot.estimator, slot.sampler) != (before.estimator, before.sampler) {
+        if before.kept.is_some()
+            && !before.is_file()
+            && (slot.estimator, slot.sampler) != (before.estimator, before.sampler)
+        {
             // A frame that was kept cannot be changed: the picture is rendered again.
             slot.kept = None;
         }

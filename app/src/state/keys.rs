@@ -7,7 +7,7 @@ use crate::look::layer::LayerLook;
 use crate::look::names::{equal_name, heuristic_name, sampler_name, strategy_name, weights_name};
 use crate::look::zoom::ZoomStep;
 use crate::state::arrangement::Arrangement;
-use crate::state::command::{Command, Shipped};
+use crate::state::command::{Command, Figure, Shipped};
 use crate::state::edit::{Edit, SppTarget};
 use crate::state::study::Study;
 use crate::state::view::ToneMap;
@@ -56,6 +56,7 @@ pub fn bindings() -> Vec<Action> {
         layout("Q", Key::Q, Arrangement::Four),
         action("Layout", "Controls for the next picture", "X", PLAIN, Key::X, Command::ActivateNext),
         action("Layout", "Keep the picture, go on beside it", "K", PLAIN, Key::K, Command::Keep),
+        action("Layout", "Compare with an EXR \u{2026}", "Shift+K", SHIFT, Key::K, Command::Compare),
         action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
         study("G", PLAIN, Key::G, Study::Convergence),
         study("M", PLAIN, Key::M, Study::Means),
@@ -82,6 +83,8 @@ pub fn bindings() -> Vec<Action> {
         action("File", "Save a snapshot", "Ctrl+S", CTRL, Key::S, Command::Save),
         action("File", "Copy the picture", "Ctrl+C", CTRL, Key::C, Command::CopyPicture),
         action("File", "Copy the values under the cursor", "Ctrl+Shift+C", CTRL.plus(SHIFT), Key::C, Command::CopyValues),
+        action("File", "Export what is seen as PNG", "Ctrl+E", CTRL, Key::E, Command::Export(Figure::Png)),
+        action("File", "Copy what is seen", "Ctrl+Shift+E", CTRL.plus(SHIFT), Key::E, Command::Export(Figure::Clipboard)),
         action("Edit", "Undo", "Ctrl+Z", CTRL, Key::Z, Command::Undo),
         action("Edit", "Redo", "Ctrl+Y", CTRL, Key::Y, Command::Redo),
         action("Window", "Projector view: hide the panels", "Ctrl+B", CTRL, Key::B, Command::TogglePanels),
@@ -142,6 +145,7 @@ pub fn actions() -> Vec<Action> {
     for shipped in Shipped::ALL {
         add("File", format!("Open: {}", shipped.name()), Command::OpenShipped(shipped));
     }
+    add("File", "Export the study as SVG".into(), Command::Export(Figure::Svg));
     add("File", "Folder of snapshots \u{2026}".into(), Command::ChooseFolder);
     add("Edit", "Reset scene and settings to the file".into(), Edit::ResetScene.into());
     for (name, preference) in THEMES {

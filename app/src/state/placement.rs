@@ -36,6 +36,18 @@ impl Placement {
         w / h
     }
 
+    /// The same part of the same picture in another resolution, `to` instead of `from` pixels: what is seen stays.
+    pub fn scaled(self, from: [u32; 2], to: [u32; 2]) -> Self {
+        let [kx, ky] = [0, 1].map(|i| to[i].max(1) as f32 / from[i].max(1) as f32);
+        let point = |[x, y]: [f32; 2]| [x * kx, y * ky];
+        match self {
+            _ if from == to => self,
+            Self::Fit => Self::Fit,
+            Self::Part(corners) => Self::Part(corners.map(point)),
+            Self::Free { scale, centre } => Self::Free { scale: scale / kx, centre: point(centre) },
+        }
+    }
+
     /// Fit the picture into the viewport (F).
     pub fn fit(&mut self) {
         *self = Self::Fit;

@@ -30,6 +30,17 @@ impl Study {
         }
     }
 
+    /// The name in names of files.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Convergence => "convergence",
+            Self::Means => "means",
+            Self::Pyramid => "techniques",
+            Self::Grid => "grid",
+            Self::Plane => "plane",
+        }
+    }
+
     /// It is looked at together with the pictures; others take their place.
     pub fn is_beside_pictures(self) -> bool {
         match self {

@@ -1,0 +1,100 @@
+//! Figures of what is seen: asked for in one pass, recorded in the next, made by a thread.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Context};
+use mislab_renderer::Layer;
+
+use super::MisLabApp;
+use crate::look::layer::LayerLook;
+use crate::look::names::equal_name;
+use crate::picture::figure::caption;
+use crate::picture::legend::colour_note;
+use crate::picture::paper::Paper;
+use crate::picture::sheet::Sheet;
+use crate::state::command::Figure;
+use crate::state::file_name;
+
+impl MisLabApp {
+    /// Asks for a figure, which takes another pass.
+    pub(super) fn export(&mut self, ctx: &Context, figure: Figure) {
+        if figure == Figure::Svg && self.lab.studies.open.is_none() {
+            self.lab.messages.complain("An SVG is made of a study: open one first, e.g. G for convergence.");
+            return;
+        }
+        self.lab.figures.push(figure);
+        ctx.request_repaint();
+    }
+
+    /// Makes the figures asked for of what this pass has recorded.
+    pub(super) fn make_figures(&mut self, ctx: &Context) {
+        let Some(sheet) = self.lab.sheet.take().map(Arc::new) else { return };
+        for figure in std::mem::take(&mut self.lab.figures) {
+            self.make_figure(ctx, figure, sheet.clone());
+        }
+    }
+
+    fn make_figure(&mut self, ctx: &Context, figure: Figure, sheet: Arc<Sheet>) {
+        let dark = ctx.theme() == egui::Theme::Dark;
+        let lab = &self.lab;
+        let paper = Paper {
+            sheet,
+            legends: self.unexplained(),
+            view: lab.document.view.clone(),
+            lines: self.figure_lines(),
+            dark,
+            type_scale: lab.scale(),
+        };
+        let what = lab.studies.open.map_or("layout", |study| study.key());
+        let name = format!("{}_{what}", lab.destination.name(&lab.document, lab.snapshot_spp()));
+        let folder = lab.destination.folder(&lab.document);
+        match figure {
+            Figure::Clipboard => self.lab.files.make_figure(paper),
+            Figure::Png | Figure::Svg => match file_name::check(&name) {
+                Ok(()) => self.lab.files.export(paper, figure == Figure::Svg, folder, name),
+                Err(why) => self.lab.messages.complain(format!("Not exported: {why}")),
+            },
+        }
+    }
+
+    /// The layer whose legend stands in a column of the window, away from the pictures.
+    fn unexplained(&self) -> Vec<Layer> {
+        let layer = self.lab.document.active().layer;
+        let explained = LayerLook::of(layer).is_colour() || self.lab.studies.open.is_some();
+        if explained { Vec::new() } else { vec![layer] }
+    }
+
+    /// What made it, as far as no caption says so.
+    fn figure_lines(&self) -> Vec<String> {
+        let lab = &self.lab;
+        let document = &lab.document;
+        let [width, height] = document.image.resolution;
+        if let Some(study) = lab.studies.open {
+            return vec![format!(
+                "{}: {}, {width} x {height}, seed {}",
+                document.scene.name,
+                study.name(),
+                document.seed
+            )];
+        }
+        let view = colour_note(&document.view);
+        match lab.live().frame() {
+            Some(frame) if document.slots().len() == 1 => {
+                let [how, what] = caption(&frame);
+                vec![how, format!("{what}, {view}")]
+            }
+            Some(_) | None if document.slots().len() == 1 => {
+                // A file: its name is all that is known of it.
+                let name = lab.live().file().map(|file| file.name().to_owned());
+                vec![format!("{}, {view}", name.unwrap_or_else(|| document.scene.name.clone()))]
+            }
+            Some(_) | None => {
+                let equal = equal_name(document.equal);
+                vec![format!(
+                    "{}: {width} x {height}, equal {equal}, seed {}, {view}",
+                    document.scene.name, document.seed
+                )]
+            }
+        }
+    }
+}

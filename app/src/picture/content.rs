@@ -1,0 +1,56 @@
+//! What a picture on screen is made of: a frame that was rendered, or a file.
+
+use std::sync::Arc;
+
+use mislab_renderer::{Channel, Frame, Layer};
+
+use crate::look::layer::LayerLook;
+use crate::picture::foreign::Foreign;
+use crate::picture::planes::Planes;
+
+/// Numbers to look at.
+#[derive(Clone)]
+pub enum Content {
+    /// Of this program.
+    Frame(Arc<Frame>),
+    /// Of whatever program.
+    File(Arc<Foreign>),
+}
+
+impl Content {
+    /// The very same, not only equal.
+    pub fn is(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Frame(a), Self::Frame(b)) => Arc::ptr_eq(a, b),
+            (Self::File(a), Self::File(b)) => Arc::ptr_eq(a, b),
+            (Self::Frame(_), Self::File(_)) | (Self::File(_), Self::Frame(_)) => false,
+        }
+    }
+
+    /// Size of the full image in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        match self {
+            Self::Frame(frame) => frame.request().settings.image.resolution,
+            Self::File(file) => file.size(),
+        }
+    }
+
+    /// The numbers of a layer.
+    ///
+    /// # Errors
+    /// If there are none, why not.
+    pub fn planes(&self, layer: Layer) -> Result<Planes, String> {
+        match self {
+            Self::Frame(frame) => Ok(Planes::from_frame(frame, layer)),
+            Self::File(file) => file.planes(layer, LayerLook::of(layer).name),
+        }
+    }
+
+    /// The number of a pixel of the full image, if there is one.
+    pub fn value(&self, [x, y]: [u32; 2], channel: Channel) -> Option<f32> {
+        match self {
+            Self::Frame(frame) => frame.pixel(x, y, channel),
+            Self::File(file) => file.value([x, y], channel),
+        }
+    }
+}
