@@ -24,6 +24,7 @@ const RENDERER: &[&str] = &[
     "batch",
     "table",
     "convergence",
+    "study",
     "benchmark",
 ];
 
