@@ -155,7 +155,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
             ui.with_layout(Layout::top_down(Align::Min), |ui| match &frame {
                 Some(_) if lab.document.slots().len() > 1 => {}
-                Some(frame) => Caption::new(frame, lab.live().is_behind()).column_ui(ui),
+                Some(frame) => single_caption(lab, frame).column_ui(ui),
                 None => waiting_ui(ui),
             });
         });
@@ -176,6 +176,12 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             }
         });
     });
+}
+
+/// The caption of the picture that controls are about.
+fn single_caption(lab: &Lab, frame: &mislab_renderer::Frame) -> Caption {
+    let error = lab.measuring.rel_mse(lab.document.active_index(), lab.live());
+    Caption::new(frame, lab.live().is_behind()).with_error(error)
 }
 
 /// What the projector view has above a wide picture.
@@ -289,7 +295,7 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>
             return;
         }
         ui.scope_builder(UiBuilder::new().max_rect(place), |ui| match lab.live().frame() {
-            Some(frame) => Caption::new(&frame, lab.live().is_behind()).strip_ui(ui, ASIDE),
+            Some(frame) => single_caption(lab, &frame).strip_ui(ui, ASIDE),
             None => waiting_ui(ui),
         });
     });

@@ -114,6 +114,7 @@ impl MisLabApp {
         match event {
             FileEvent::Picked(path) => files.open(path),
             FileEvent::PickedFolder(folder) => destination.folder = Some(folder.display().to_string()),
+            FileEvent::PickedReference(path) => self.lab.references.use_file(Some(path)),
             FileEvent::NoDialog => {
                 let remark = "This desktop offers no file dialog: type a path, or drop a file on the window.";
                 sheets.open = Some(OpenSheet { remark, ..OpenSheet::default() });

@@ -33,6 +33,8 @@ pub enum FileEvent {
     Picked(PathBuf),
     /// A folder was chosen in the dialog.
     PickedFolder(PathBuf),
+    /// A picture to measure errors against was chosen.
+    PickedReference(PathBuf),
     /// No dialog came up: this desktop offers none.
     NoDialog,
     /// A picture to look at was read.
@@ -188,6 +190,7 @@ impl Files {
             FileEvent::TableNotSaved(message) | FileEvent::Broken(message) => Some(message),
             FileEvent::Picked(_)
             | FileEvent::PickedFolder(_)
+            | FileEvent::PickedReference(_)
             | FileEvent::NoDialog
             | FileEvent::Picture(_)
             | FileEvent::Read { .. }
@@ -240,6 +243,21 @@ impl Files {
             match dialog.pick_file() {
                 Some(path) => Some(FileEvent::Picked(path)),
                 None if started.elapsed() < NO_DIALOG => Some(FileEvent::NoDialog),
+                None => None,
+            }
+        });
+    }
+
+    /// Asks for a picture to measure errors against with the desktop's dialog.
+    pub fn pick_reference(&self) {
+        self.start("reference dialog", Origin::Dialog, move || {
+            let started = Instant::now();
+            let dialog = rfd::FileDialog::new().set_title("A converged picture").add_filter("OpenEXR", &["exr"]);
+            match dialog.pick_file() {
+                Some(path) => Some(FileEvent::PickedReference(path)),
+                None if started.elapsed() < NO_DIALOG => {
+                    Some(FileEvent::Broken("This desktop offers no file dialog.".to_owned()))
+                }
                 None => None,
             }
         });

@@ -161,6 +161,7 @@ fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, ou
         Some(kept) => Caption::of_kept(kept),
         None => Caption::new(frame, live.is_behind()),
     });
+    let caption = caption.map(|caption| caption.with_error(lab.measuring.rel_mse(slot, live)));
     let active = slot == lab.document.active_index();
     let response = ui.interact(place, ui.scope_id().with(("caption", slot)), Sense::click());
     let spoken = caption.as_ref().map_or_else(|| "waiting".to_owned(), Caption::spoken_line);

@@ -35,8 +35,9 @@ pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, ou
     let frame = Frame::new().inner_margin(Margin::same(GRID as i8 * 3));
     ui.scope_builder(UiBuilder::new().id_salt("study").max_rect(place), |ui| {
         ui.set_clip_rect(place.intersect(ui.clip_rect()));
-        let Lab { studies, document, engine, .. } = lab;
-        let subject = Subject { document, pictures: engine.pictures(), threads: engine.threads() };
+        let Lab { studies, document, engine, references, measuring, .. } = lab;
+        let subject =
+            Subject { document, pictures: engine.pictures(), references, measuring, threads: engine.threads() };
         frame.show(ui, |ui| match study {
             Study::Convergence => convergence_ui(ui, &mut studies.convergence, &subject, out),
             Study::Means => means_ui(ui, &mut studies.means, &subject, out),

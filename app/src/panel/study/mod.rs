@@ -1,12 +1,16 @@
 //! Studies: what is looked at beside the pictures or in their place.
 
 pub mod convergence;
+pub mod curves_job;
 pub mod grid;
 pub mod means;
 pub mod plane;
+pub mod plot;
 pub mod pyramid;
 
 use crate::picture::live::LivePicture;
+use crate::picture::reference::References;
+use crate::picture::slot_errors::Measuring;
 use crate::state::document::Document;
 use crate::state::study::Study;
 
@@ -33,6 +37,10 @@ pub struct Subject<'a> {
     pub document: &'a Document,
     /// A live picture for each slot of the document.
     pub pictures: &'a [LivePicture],
+    /// What errors are measured against.
+    pub references: &'a References,
+    /// Errors and means of the pictures.
+    pub measuring: &'a Measuring,
     /// Worker threads, for renderers of its own.
     pub threads: usize,
 }
