@@ -1,6 +1,7 @@
 //! The window, driven by label and role as a user or a screen reader would: every control once.
 
 mod controls;
+mod convergence;
 mod files;
 mod lab;
 mod picture;

@@ -71,8 +71,8 @@ impl Axes {
     /// What the axes are, in the corners of the plot.
     fn names(&self, painter: &Painter, [x, y]: [&str; 2], font: &FontId, ink: Color32) {
         let inner = self.rect.shrink(1.5 * GRID);
-        painter.text(inner.right_bottom(), Align2::RIGHT_BOTTOM, format!("{x} \u{2192}"), font.clone(), ink);
-        painter.text(inner.left_top(), Align2::LEFT_TOP, format!("\u{2191} {y}"), font.clone(), ink);
+        painter.text(inner.right_bottom(), Align2::RIGHT_BOTTOM, x, font.clone(), ink);
+        painter.text(inner.left_top(), Align2::LEFT_TOP, y, font.clone(), ink);
     }
 
     /// The area between two lines over the same x: pairs of a lower and an upper end.
