@@ -158,6 +158,11 @@ impl MisLabApp {
                 let open = &mut self.lab.studies.open;
                 *open = if *open == Some(study) { None } else { Some(study) };
             }
+            Command::OpenReference => files.pick_reference(),
+            Command::RenderReference => self.lab.references.use_file(None),
+            Command::SaveCsv { name, text } => {
+                files.save_text(destination.folder(document), name.into(), "csv", text);
+            }
             Command::Normalise => self.normalise(),
             Command::Fit => document.view.placement.fit(),
             Command::FitThings => {
@@ -377,7 +382,8 @@ impl MisLabApp {
         if !ctx.input(|i| i.pointer.any_down()) {
             history.end_gesture();
         }
-        let title = format!("{} \u{2013} MIS Lab", document.opened.title);
+        self.lab.measure(ctx);
+        let title = format!("{} \u{2013} MIS Lab", self.lab.document.opened.title);
         if self.title != title {
             ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;

@@ -20,7 +20,9 @@ use crate::picture::live::LivePicture;
 use crate::picture::pane::{Pane, Panes};
 use crate::picture::picking::Target;
 use crate::picture::sheet::Sheet;
+use crate::picture::reference::References;
 use crate::picture::shelf::Shelf;
+use crate::picture::slot_errors::Measuring;
 use crate::picture::swatch::Swatches;
 use crate::state::command::Figure;
 use crate::state::destination::Destination;
@@ -28,6 +30,7 @@ use crate::state::document::{Document, Opened};
 use crate::state::history::History;
 use crate::state::pacing::Pacing;
 use crate::state::prefs::Prefs;
+use crate::state::study::Study;
 
 /// The lab.
 pub struct Lab {
@@ -57,6 +60,10 @@ pub struct Lab {
     pub files: Files,
     /// What lies over the window.
     pub sheets: Sheets,
+    /// What errors are measured against.
+    pub references: References,
+    /// Errors and means of the pictures against it.
+    pub measuring: Measuring,
     /// Plots, numbers and series of pictures.
     pub studies: Studies,
     /// What is to be said.
@@ -105,6 +112,8 @@ impl Lab {
             histogram: Histogram::default(),
             files: Files::new(ctx),
             sheets: Sheets::default(),
+            references: References::default(),
+            measuring: Measuring::default(),
             studies: Studies::default(),
             messages: Messages::default(),
             figures: Vec::new(),
@@ -130,6 +139,15 @@ impl Lab {
         for (index, slot) in document.slots().iter().enumerate() {
             engine.show_kept(index, slot.kept.and_then(|kept| shelf.get(kept)));
         }
+    }
+
+    /// Makes the reference and measures the pictures against it, as long as a study needs that.
+    pub fn measure(&mut self, ctx: &egui::Context) {
+        let Self { document, engine, references, measuring, studies, .. } = self;
+        let wanted = studies.open.is_some_and(Study::is_beside_pictures);
+        references.keep(ctx, &document.request(document.active()), wanted, engine.threads());
+        measuring.update(ctx, references.latest().filter(|_| wanted), engine.pictures());
+        studies.convergence.hold(studies.open != Some(Study::Convergence));
     }
 
     /// The live picture that controls are about.

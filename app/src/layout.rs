@@ -163,7 +163,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
             ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
                 Some(_) if lab.document.slots().len() > 1 => {}
-                Some(Content::Frame(frame)) => Caption::new(frame, lab.live().is_behind()).column_ui(ui),
+                Some(Content::Frame(frame)) => single_caption(lab, frame).column_ui(ui),
                 Some(Content::File(file)) => file_caption_ui(ui, lab, file),
                 None => waiting_ui(ui),
             });
@@ -185,6 +185,12 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             }
         });
     });
+}
+
+/// The caption of the picture that controls are about.
+fn single_caption(lab: &Lab, frame: &mislab_renderer::Frame) -> Caption {
+    let error = lab.measuring.rel_mse(lab.document.active_index(), lab.live());
+    Caption::new(frame, lab.live().is_behind()).with_error(error)
 }
 
 /// What the projector view has above a wide picture.
@@ -305,7 +311,7 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>
             return;
         }
         ui.scope_builder(UiBuilder::new().max_rect(place), |ui| match lab.live().content() {
-            Some(Content::Frame(frame)) => Caption::new(&frame, lab.live().is_behind()).strip_ui(ui, ASIDE),
+            Some(Content::Frame(frame)) => single_caption(lab, &frame).strip_ui(ui, ASIDE),
             Some(Content::File(file)) => file_caption_ui(ui, lab, &file),
             None => waiting_ui(ui),
         });

@@ -3,7 +3,7 @@
 //! What runs once per sample (the estimator, lights, BSDFs, random numbers, intersections) is a crate of its own,
 //! [`kernel`]: start reading at its [`kernel::estimator`]. Here a [`Request`] becomes a stream of [`Frame`]s: [`engine`]
 //! renders in the background, [`frame`] is an immutable snapshot with its [`layer`]s; [`pbrt`] reads scene files,
-//! [`snapshot`] reads and writes EXR files, [`metrics`] and [`table`] measure; [`inspect`] answers in plain floats what happens at one pixel,
+//! [`snapshot`] reads and writes EXR files, [`metrics`], [`table`] and [`study`] measure; [`inspect`] answers in plain floats what happens at one pixel,
 //! [`black`] why there is nothing to see, [`plane`] which strategy is best where.
 
 pub mod batch;
@@ -22,6 +22,7 @@ mod near;
 pub mod pbrt;
 pub mod plane;
 pub mod snapshot;
+pub mod study;
 pub mod table;
 
 pub use engine::{

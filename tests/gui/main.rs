@@ -3,6 +3,7 @@
 mod controls;
 mod export;
 mod exr_slot;
+mod convergence;
 mod files;
 mod lab;
 mod picture;

@@ -25,6 +25,7 @@ const RENDERER: &[&str] = &[
     "batch",
     "table",
     "convergence",
+    "study",
     "benchmark",
 ];
 

@@ -129,6 +129,7 @@ impl MisLabApp {
             }
             FileEvent::Picked(path) => files.open(path),
             FileEvent::PickedFolder(folder) => destination.folder = Some(folder.display().to_string()),
+            FileEvent::PickedReference(path) => self.lab.references.use_file(Some(path)),
             FileEvent::NoDialog => {
                 sheets.open = Some(OpenSheet { remark: NO_DIALOG, ..OpenSheet::default() });
             }

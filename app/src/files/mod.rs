@@ -40,6 +40,8 @@ pub enum FileEvent {
     NoDialogToCompare,
     /// A folder was chosen in the dialog.
     PickedFolder(PathBuf),
+    /// A picture to measure errors against was chosen.
+    PickedReference(PathBuf),
     /// No dialog came up: this desktop offers none.
     NoDialog,
     /// A picture to look at was read.
@@ -206,6 +208,7 @@ impl Files {
             FileEvent::TableNotSaved(message) | FileEvent::Broken(message) => Some(message),
             FileEvent::Picked(_)
             | FileEvent::PickedFolder(_)
+            | FileEvent::PickedReference(_)
             | FileEvent::NoDialog
             | FileEvent::Picture(_)
             | FileEvent::Read { .. }
@@ -270,13 +273,30 @@ impl Files {
 
     /// Asks for a picture to compare with, and reads it.
     pub fn pick_to_compare(&self, folder: Option<PathBuf>) {
-        self.start("compare dialog", Origin::Dialog, move || {
+        self.pick_picture("Compare with a picture", folder, |path| read_compared(&path), FileEvent::NoDialogToCompare);
+    }
+
+    /// Asks for a picture to measure errors against.
+    pub fn pick_reference(&self) {
+        let none = FileEvent::Broken("This desktop offers no file dialog.".to_owned());
+        self.pick_picture("A converged picture", None, FileEvent::PickedReference, none);
+    }
+
+    /// Asks for an EXR file with the desktop's dialog; `none` is said where no dialog comes up.
+    fn pick_picture(
+        &self,
+        title: &'static str,
+        folder: Option<PathBuf>,
+        chosen: impl FnOnce(PathBuf) -> FileEvent + Send + 'static,
+        none: FileEvent,
+    ) {
+        self.start("picture dialog", Origin::Dialog, move || {
             let started = Instant::now();
-            let dialog = rfd::FileDialog::new().set_title("Compare with a picture").add_filter("Pictures", &["exr"]);
+            let dialog = rfd::FileDialog::new().set_title(title).add_filter("OpenEXR", &["exr"]);
             let dialog = folder.into_iter().fold(dialog, |dialog, folder| dialog.set_directory(folder));
             match dialog.pick_file() {
-                Some(path) => Some(read_compared(&path)),
-                None if started.elapsed() < NO_DIALOG => Some(FileEvent::NoDialogToCompare),
+                Some(path) => Some(chosen(path)),
+                None if started.elapsed() < NO_DIALOG => Some(none),
                 None => None,
             }
         });

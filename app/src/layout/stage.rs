@@ -181,6 +181,7 @@ fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, ou
         Content::Frame(frame) => Words::Frame(Caption::new(&frame, live.is_behind())),
         Content::File(file) => Words::File(FileCaption::new(&file, lab.document.image.resolution)),
     });
+    let caption = caption.map(|caption| caption.with_error(lab.measuring.rel_mse(slot, live)));
     let active = slot == lab.document.active_index();
     let response = ui.interact(place, ui.scope_id().with(("caption", slot)), Sense::click());
     let spoken = match &caption {

@@ -35,9 +35,15 @@ pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, ou
     let frame = Frame::new().inner_margin(Margin::same(GRID as i8 * 3));
     ui.scope_builder(UiBuilder::new().id_salt("study").max_rect(place), |ui| {
         ui.set_clip_rect(place.intersect(ui.clip_rect()));
-        let Lab { studies, document, engine, panes, .. } = lab;
-        let subject =
-            Subject { document, pictures: engine.pictures(), threads: engine.threads(), pipeline: panes.pipeline() };
+        let Lab { studies, document, engine, panes, references, measuring, .. } = lab;
+        let subject = Subject {
+            document,
+            pictures: engine.pictures(),
+            references,
+            measuring,
+            threads: engine.threads(),
+            pipeline: panes.pipeline(),
+        };
         frame.show(ui, |ui| match study {
             Study::Convergence => convergence_ui(ui, &mut studies.convergence, &subject, out),
             Study::Means => means_ui(ui, &mut studies.means, &subject, out),

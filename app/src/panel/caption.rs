@@ -7,7 +7,7 @@ use crate::look::layer::LayerLook;
 use crate::look::names::{heuristic_name, strategy_name};
 use crate::look::theme::{GRID, Inks, medium};
 use crate::panel::hint::Hint as _;
-use crate::panel::number::{seconds, si};
+use crate::panel::number::{seconds, si, two_digits};
 use crate::panel::widgets::cell;
 
 /// The frame on screen in words: true of it at every moment, whatever the settings are by now.
@@ -27,6 +27,8 @@ pub struct Caption {
     behind: bool,
     /// It was kept: nothing in it is equal to that of others.
     kept: bool,
+    /// relMSE against the reference; empty without one.
+    error: String,
 }
 
 /// The widest that stands in each place.
@@ -34,6 +36,7 @@ const HOW: &str = "maximum, c 0.88";
 const SPP: &str = "88888 spp";
 const PATHS: &str = "88.8 M paths";
 const TIME: &str = "88:88 min";
+const ERROR: &str = "error 0.00088";
 
 impl Caption {
     /// Of a frame; `behind` if it is of older settings.
@@ -59,12 +62,19 @@ impl Caption {
             bias: settings.estimator.bias(),
             behind,
             kept: false,
+            error: String::new(),
         }
     }
 
     /// Of a frame that was kept.
     pub fn of_kept(frame: &Frame) -> Self {
         Self { kept: true, ..Self::new(frame, false) }
+    }
+
+    /// With a place for its relMSE, which is a dash until it is known; `None` without a reference.
+    pub fn with_error(self, rel_mse: Option<Option<f64>>) -> Self {
+        let text = |error: Option<f64>| format!("error {}", two_digits(error.unwrap_or(f64::NAN)));
+        Self { error: rel_mse.map_or_else(String::new, text), ..self }
     }
 
     fn spoken(&self) -> String {
@@ -80,8 +90,12 @@ impl Caption {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 3.0 * GRID;
             self.name_ui(ui, &font);
-            let numbers = [(&self.how, HOW), (&self.spp, SPP), (&self.paths, PATHS), (&self.time, TIME)];
-            for ((text, template), hint) in numbers.into_iter().zip(HINTS) {
+            let error = (&self.error, if self.error.is_empty() { "" } else { ERROR });
+            let numbers = [(&self.how, HOW), (&self.spp, SPP), error, (&self.paths, PATHS), (&self.time, TIME)];
+            let hints = [HINTS[0], HINTS[1], HINTS[4], HINTS[2], HINTS[3]];
+            for ((text, template), hint) in
+                numbers.into_iter().zip(hints).filter(|((_, template), _)| !template.is_empty())
+            {
                 // Rather nothing than half a number.
                 if ui.available_width() < width(ui, template, &font) {
                     break;
@@ -118,10 +132,11 @@ impl Caption {
         let time =
             (alike(Lockstep::CpuSeconds, &self.cpu), "= 88.8 s", "Seconds of processor time, all threads together.");
         let how = (self.how.clone(), HOW, HINTS[0]);
+        let error = (self.error.clone(), ERROR, HINTS[4]);
         let numbers = match equal {
-            Lockstep::Spp => [spp, rays, time, how],
-            Lockstep::Rays => [rays, spp, time, how],
-            Lockstep::CpuSeconds => [time, spp, rays, how],
+            Lockstep::Spp => [spp, error, rays, time, how],
+            Lockstep::Rays => [rays, error, spp, time, how],
+            Lockstep::CpuSeconds => [time, error, spp, rays, how],
         };
         let layer = (layer != Layer::Picture).then(|| LayerLook::of(layer).name);
         let behind = if self.kept { Some("kept") } else { self.behind.then_some("\u{2026}") };
@@ -129,6 +144,9 @@ impl Caption {
         let gap = ui.spacing().item_spacing.x;
         let kept: f32 = comes.iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         for (index, (text, template, hint)) in numbers.into_iter().enumerate() {
+            if text.is_empty() && template == ERROR {
+                continue;
+            }
             // Rather nothing than half a number.
             if index > 0 && ui.available_width() < width(ui, template, &font) + kept {
                 break;
@@ -149,7 +167,7 @@ impl Caption {
     /// What [`Self::line_ui`] says, for screen readers.
     pub fn spoken_line(&self) -> String {
         let kept = if self.kept { "kept" } else { "" };
-        let parts = [strategy_name(self.strategy), &self.spp, &self.rays, &self.how, kept];
+        let parts = [strategy_name(self.strategy), &self.spp, &self.rays, &self.error, &self.how, kept];
         parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
     }
 
@@ -208,11 +226,12 @@ impl Caption {
     }
 }
 
-const HINTS: [&str; 4] = [
+const HINTS: [&str; 5] = [
     "How weights follow from the densities, and the probability c of a light sample.",
     "Samples per pixel. The tutorial: xsamples times ysamples.",
     "Camera rays of the whole picture; a path here has two segments.",
     "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
+    "relMSE against the reference: the mean of (x - r)\u{b2} / (r\u{b2} + 0.01).",
 ];
 
 fn width(ui: &Ui, text: &str, font: &FontId) -> f32 {

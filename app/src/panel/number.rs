@@ -109,6 +109,15 @@ pub fn three_digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
+/// Two significant digits of any magnitude: "0.012", "1.3", "0.00045"; smaller than that as a power.
+pub fn two_digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".to_owned() } else { "\u{2013}".to_owned() };
+    }
+    let power = value.abs().log10().floor() as i32;
+    if power < -5 { format!("{value:.1e}") } else { format!("{value:.*}", (1 - power).max(0) as usize) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,6 +153,7 @@ mod tests {
         assert_eq!(si(82_100_000.0), "82.1 M");
         assert_eq!(si(999_900.0), "1.00 M");
         assert_eq!(si(640.0), "640");
+        assert_eq!([0.0123, 1.26, 0.000_45, 57.3].map(two_digits), ["0.012", "1.3", "0.00045", "57"]);
         assert_eq!(seconds(0.4126), "0.41 s");
         assert_eq!(seconds(123.4), "2:03 min");
     }

@@ -24,6 +24,18 @@ pub enum Command {
     /// Opens a study, or closes it.
     ToggleStudy(Study),
 
+    /// Asks for a picture to measure errors against.
+    OpenReference,
+    /// Measures against a rendered picture again.
+    RenderReference,
+    /// Saves what a study has measured, for spreadsheets, under the next free name.
+    SaveCsv {
+        /// Of the file, without its end.
+        name: &'static str,
+        /// What it holds.
+        text: String,
+    },
+
     /// Sets the exposure from the picture, once, in plain sight.
     Normalise,
     /// Whole picture in the window.

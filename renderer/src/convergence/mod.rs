@@ -257,7 +257,10 @@ fn with(request: &Request, strategy: Strategy, spp: u32) -> Settings {
 }
 
 /// The planes of a reference file.
-fn exact(image: &Image, settings: &Settings) -> Result<[Vec<f32>; 3], Error> {
+///
+/// # Errors
+/// [`Error::Invalid`] unless it holds the pixels of `settings` as numbers.
+pub(crate) fn exact(image: &Image, settings: &Settings) -> Result<[Vec<f32>; 3], Error> {
     let bounds = settings.pixel_bounds();
     let expected = Window { min: bounds.min.map(|v| v as i32), size: [bounds.width(), bounds.height()] };
     if image.window != expected {
@@ -329,7 +332,7 @@ impl Against {
 }
 
 /// What an EXR file says of its samples: an attribute of pbrt-v4 and of this program.
-fn samples_per_pixel(image: &Image) -> Option<u32> {
+pub(crate) fn samples_per_pixel(image: &Image) -> Option<u32> {
     image.attributes.iter().find(|(name, _)| name == "samplesPerPixel").and_then(|(_, text)| text.parse().ok())
 }
 

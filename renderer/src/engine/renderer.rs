@@ -16,6 +16,11 @@ use super::subscription::{Feed, Frames, Subscription};
 use super::worker::Shared;
 use crate::frame::Frame;
 
+/// The window comes first: nice 5 where the system counts so. The lowest priority would starve next to any other busy program.
+const BELOW_WINDOW: u8 = 37;
+/// Nice 13: an eighth of the time beside a live picture.
+const BELOW_PICTURES: u8 = 15;
+
 /// Worker threads and the pictures they work on. Dropping it cancels and joins them.
 pub struct Renderer {
     pub(super) shared: Arc<Shared>,
@@ -26,11 +31,20 @@ impl Renderer {
     /// Starts `threads` workers (0: one per core), or as many as the system grants. `wake` is called from a worker whenever a new
     /// frame or state is there to be fetched.
     pub fn new(threads: usize, wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self::with_lanes(threads, Lanewise::best(), wake)
+        Self::start(threads, Lanewise::best(), BELOW_WINDOW, wake)
     }
 
     /// The same at a given SIMD level, for tests and comparisons.
     pub fn with_lanes(threads: usize, how: Lanewise, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self::start(threads, how, BELOW_WINDOW, wake)
+    }
+
+    /// The same for what may take its time: live pictures of another renderer come first.
+    pub fn in_background(threads: usize) -> Self {
+        Self::start(threads, Lanewise::best(), BELOW_PICTURES, || {})
+    }
+
+    fn start(threads: usize, how: Lanewise, priority: u8, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let threads = match threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n => n,
@@ -39,7 +53,7 @@ impl Renderer {
         let shared = Arc::new(Shared::new(Core::new(machine), how, wake));
         let start = |i: usize| {
             let shared = shared.clone();
-            std::thread::Builder::new().name(format!("render-{i}")).spawn(move || shared.run())
+            std::thread::Builder::new().name(format!("render-{i}")).spawn(move || shared.run(priority))
         };
         let first = start(0).expect("the system can start a thread");
         let workers = std::iter::once(first).chain((1..threads).map_while(|i| start(i).ok())).collect();

@@ -64,11 +64,9 @@ impl Shared {
         (self.wake)();
     }
 
-    /// A worker's life.
-    pub(super) fn run(&self) {
-        // The window comes first (nice 5 where the system counts so; the lowest priority would
-        // starve next to any other busy program). Where the system refuses, everything still works.
-        if let Ok(below_normal) = 37u8.try_into() {
+    /// A worker's life, at a priority from 0 to 99. Where the system refuses, everything still works.
+    pub(super) fn run(&self, priority: u8) {
+        if let Ok(below_normal) = priority.try_into() {
             let _ = ThreadPriority::Crossplatform(below_normal).set_for_current();
         }
         while let Some(task) = self.next_task() {

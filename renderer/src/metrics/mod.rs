@@ -54,6 +54,8 @@ pub enum Region<'a> {
     },
     /// Those where it is true; one value per pixel.
     Mask(&'a [bool]),
+    /// Those of these indices into the planes.
+    Pixels(&'a [u32]),
 }
 
 impl Region<'_> {
@@ -72,6 +74,7 @@ impl Region<'_> {
                 assert_eq!(mask.len(), len, "one value of the mask per pixel");
                 (0..len).filter(|&pixel| mask[pixel]).for_each(visit);
             }
+            Self::Pixels(pixels) => pixels.iter().for_each(|&pixel| visit(pixel as usize)),
         }
     }
 }

@@ -90,7 +90,7 @@ impl Plan {
     }
 
     /// Both techniques, points that converge fast, and a seed of its own for each `number`.
-    fn half(&self, number: u32) -> Settings {
+    pub(crate) fn half(&self, number: u32) -> Settings {
         Settings {
             estimator: Estimator { strategy: Strategy::MisAll, ..Estimator::default() },
             sampling: Sampling {
@@ -109,7 +109,7 @@ pub(crate) fn work(image: ImageSettings, spp: u32, lights: usize) -> f64 {
 }
 
 /// Luminance of Rec. 709 colours.
-const LUMINANCE: [f64; 3] = [0.212_671, 0.715_160, 0.072_169];
+pub(crate) const LUMINANCE: [f64; 3] = [0.212_671, 0.715_160, 0.072_169];
 
 /// The picture's planes.
 pub(crate) fn rgb(frame: &Frame) -> [Vec<f32>; 3] {
@@ -117,7 +117,7 @@ pub(crate) fn rgb(frame: &Frame) -> [Vec<f32>; 3] {
 }
 
 /// The values in a rectangle of a plane of this width.
-fn part<T: Copy>(plane: &[T], width: u32, rect: PixelRect) -> Vec<T> {
+pub(crate) fn part<T: Copy>(plane: &[T], width: u32, rect: PixelRect) -> Vec<T> {
     (rect.min[1]..rect.max[1])
         .flat_map(|y| (rect.min[0]..rect.max[0]).map(move |x| plane[(y * width + x) as usize]))
         .collect()

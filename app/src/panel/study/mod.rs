@@ -2,16 +2,20 @@
 
 pub mod cells;
 pub mod convergence;
+pub mod curves_job;
 pub mod grid;
 pub mod means;
 pub mod plane;
 pub mod plane_job;
 pub mod plane_map;
+pub mod plot;
 pub mod pyramid;
 pub mod tiles;
 
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::live::LivePicture;
+use crate::picture::reference::References;
+use crate::picture::slot_errors::Measuring;
 use crate::state::document::Document;
 use crate::state::study::Study;
 
@@ -62,6 +66,10 @@ pub struct Subject<'a> {
     pub document: &'a Document,
     /// A live picture for each slot of the document.
     pub pictures: &'a [LivePicture],
+    /// What errors are measured against.
+    pub references: &'a References,
+    /// Errors and means of the pictures.
+    pub measuring: &'a Measuring,
     /// Worker threads, for renderers of its own.
     pub threads: usize,
     /// What pictures are drawn with; `None`: on the CPU.

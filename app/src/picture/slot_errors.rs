@@ -1,0 +1,130 @@
+//! Errors and means of the pictures on screen against the reference, a few times a second, off the UI thread.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use eframe::egui;
+use mislab_renderer::study::points::errors;
+use mislab_renderer::study::{Against, Mean};
+use mislab_renderer::{Estimator, Frame};
+
+use super::live::LivePicture;
+
+/// What is known of a picture.
+#[derive(Clone, Debug)]
+pub struct SlotErrors {
+    /// Of the frame with that generation ...
+    pub generation: u64,
+    /// ... and so many samples per pixel.
+    pub spp: u32,
+    /// What it was made with.
+    pub estimator: Estimator,
+    /// Processor seconds of the frame.
+    pub cpu_seconds: f64,
+    /// relMSE and MSE in each part of the picture.
+    pub errors: Vec<[f64; 2]>,
+    /// Means in each part; `None` with one sample per pixel.
+    pub means: Option<Vec<Mean>>,
+}
+
+/// What all slots were measured with, and what came of it.
+#[derive(Clone)]
+pub struct Round {
+    /// The reference.
+    pub against: Arc<Against>,
+    /// Its means in each part.
+    pub reference: Arc<Vec<Mean>>,
+    /// Its own relMSE and MSE in each part; `None` of a file.
+    pub noise: Option<Vec<[f64; 2]>>,
+    /// In the order of the slots; `None` without a frame of these pixels.
+    pub slots: Vec<Option<SlotErrors>>,
+}
+
+/// Measures one round after the other.
+#[derive(Default)]
+pub struct Measuring {
+    running: Option<Receiver<Round>>,
+    last: Option<Instant>,
+    round: Option<Round>,
+    /// Generation and samples of the frames of the last round.
+    seen: Vec<Option<(u64, u32)>>,
+}
+
+/// Time between two rounds: numbers that change faster cannot be read.
+const EVERY: Duration = Duration::from_millis(300);
+
+impl Measuring {
+    /// Takes over what is finished, and begins the next round where there is something new. Without a reference nothing is known.
+    pub fn update(&mut self, ctx: &egui::Context, against: Option<Arc<Against>>, pictures: &[LivePicture]) {
+        match self.running.as_ref().map(Receiver::try_recv) {
+            Some(Ok(round)) => (self.round, self.running) = (Some(round), None),
+            Some(Err(TryRecvError::Disconnected)) => self.running = None,
+            Some(Err(TryRecvError::Empty)) | None => {}
+        }
+        let Some(against) = against else {
+            self.round = None;
+            return;
+        };
+        let frames: Vec<Option<Arc<Frame>>> = pictures.iter().map(LivePicture::current_frame).collect();
+        if self.running.is_some() || !self.is_news(&against, &frames) {
+            return;
+        }
+        let wait = EVERY.saturating_sub(self.last.map_or(EVERY, |last| last.elapsed()));
+        if !wait.is_zero() {
+            ctx.request_repaint_after(wait);
+            return;
+        }
+        self.last = Some(Instant::now());
+        self.seen = frames.iter().map(key).collect();
+        let (sender, receiver) = channel();
+        let known = self.round.as_ref().filter(|round| Arc::ptr_eq(&round.against, &against));
+        let (known, ctx) = (known.map(|round| round.reference.clone()), ctx.clone());
+        let work = move || {
+            let means = |against: &Against| Arc::new(against.cells.parts().map(|part| against.mean(part)).collect());
+            let reference = known.unwrap_or_else(|| means(&against));
+            let slots = frames.into_iter().map(|frame| measured(&*frame?, &against)).collect();
+            let noise = against.cells.parts().map(|part| {
+                let errors = against.noise(part)?;
+                Some([errors.rel_mse()?, errors.mse()?])
+            });
+            let noise = noise.collect();
+            // The window may have closed meanwhile.
+            let _ = sender.send(Round { against, reference, noise, slots });
+            ctx.request_repaint_after(Duration::from_millis(1));
+        };
+        self.running = std::thread::Builder::new().name("errors".into()).spawn(work).ok().map(|_| receiver);
+    }
+
+    fn is_news(&self, against: &Arc<Against>, frames: &[Option<Arc<Frame>>]) -> bool {
+        let Some(round) = &self.round else { return true };
+        !Arc::ptr_eq(&round.against, against) || !frames.iter().map(key).eq(self.seen.iter().copied())
+    }
+
+    /// The last round.
+    pub fn round(&self) -> Option<&Round> {
+        self.round.as_ref()
+    }
+
+    /// relMSE of the whole picture in a slot: `None` without a reference, `Some(None)` where it is not known yet.
+    pub fn rel_mse(&self, slot: usize, live: &LivePicture) -> Option<Option<f64>> {
+        let found = self.round.as_ref()?.slots.get(slot).and_then(Option::as_ref);
+        let found = found.filter(|found| live.shown().is_none_or(|shown| shown == found.generation));
+        Some(found.and_then(|found| found.errors.first()).map(|errors| errors[0]))
+    }
+}
+
+fn key(frame: &Option<Arc<Frame>>) -> Option<(u64, u32)> {
+    frame.as_ref().map(|frame| (frame.generation(), frame.spp()))
+}
+
+fn measured(frame: &Frame, against: &Against) -> Option<SlotErrors> {
+    (frame.bounds().area() == against.len()).then(|| SlotErrors {
+        generation: frame.generation(),
+        spp: frame.spp(),
+        estimator: frame.request().settings.estimator,
+        cpu_seconds: frame.stats().cpu_seconds,
+        errors: errors(frame, against),
+        means: Mean::of_frame(frame, &against.cells),
+    })
+}

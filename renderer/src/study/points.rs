@@ -1,0 +1,112 @@
+//! The pictures of error curves, cheap ones first, and their errors as each is finished.
+
+use std::num::NonZeroU32;
+use std::sync::Arc;
+
+use mislab_kernel::request::{Estimator, Request, SamplerSettings, Sampling, Settings};
+
+use super::reference::Against;
+use crate::engine::Renderer;
+use crate::error::Error;
+use crate::frame::Frame;
+use crate::table::reference::rgb;
+
+/// What is rendered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// A curve for each.
+    pub estimators: Vec<Estimator>,
+    /// Samples per pixel of the points, ascending.
+    pub at: Vec<u32>,
+    /// Pictures of each point with different seeds.
+    pub replicates: u32,
+}
+
+impl Plan {
+    /// All pictures in the order that they are rendered in: two of every point, so that each soon has an uncertainty, then
+    /// the others; in each round the cheap ones first.
+    pub(super) fn order(&self) -> impl Iterator<Item = [usize; 3]> {
+        let (curves, points, all) = (self.estimators.len(), self.at.len(), self.replicates as usize);
+        let rounds = [0..all.min(2), all.min(2)..all];
+        rounds.into_iter().flat_map(move |round| {
+            (0..points).flat_map(move |point| {
+                let round = round.clone();
+                round.flat_map(move |replicate| (0..curves).map(move |curve| [curve, point, replicate]))
+            })
+        })
+    }
+
+    /// Settings of a picture, with strata as square as can be and a seed that no other picture of the curve has.
+    fn settings(&self, request: &Request, [curve, point, replicate]: [usize; 3]) -> Settings {
+        let Settings { sampling, image, .. } = request.settings.clone();
+        let spp = self.at[point];
+        let number = point as u32 * self.replicates + replicate as u32;
+        let sampler = SamplerSettings { strata: SamplerSettings::strata_for(spp), ..sampling.sampler };
+        let seed = sampling.seed.wrapping_add(number);
+        Settings {
+            estimator: self.estimators[curve],
+            sampling: Sampling { sampler, spp: NonZeroU32::new(spp), seed },
+            image,
+        }
+    }
+}
+
+/// One picture, measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Index into [`Plan::estimators`].
+    pub curve: usize,
+    /// Index into [`Plan::at`].
+    pub point: usize,
+    /// Processor seconds of the picture.
+    pub cpu_seconds: f64,
+    /// relMSE and MSE in each of [`super::cells::Cells::parts`].
+    pub errors: Vec<[f64; 2]>,
+}
+
+/// Renders and measures all of a plan, on `threads` of low priority; blocks. `request` says scene, pattern, seed and image. `against` is
+/// asked for the reference that a picture of so many samples is measured with, and waits for it; `None` gives up. `goes_on`
+/// is asked several times a second. `found` takes each result.
+///
+/// # Errors
+/// [`Error::Invalid`] if something cannot be rendered.
+pub fn measure(
+    request: &Request,
+    plan: &Plan,
+    threads: usize,
+    against: &mut dyn FnMut(u32) -> Option<Arc<Against>>,
+    goes_on: &mut dyn FnMut() -> bool,
+    found: &mut dyn FnMut(Found),
+) -> Result<(), Error> {
+    let renderer = Renderer::in_background(threads);
+    for index @ [curve, point, _] in plan.order() {
+        let Some(reference) = against(plan.at[point]) else { return Ok(()) };
+        let settings = plan.settings(request, index);
+        let mut stopped = false;
+        let frame = renderer.render(&Request { scene: Arc::clone(&request.scene), settings }, &mut |_| {
+            stopped |= !goes_on();
+            !stopped
+        });
+        if stopped {
+            return Ok(());
+        }
+        let frame = frame?;
+        let cpu_seconds = frame.stats().cpu_seconds;
+        found(Found { curve, point, cpu_seconds, errors: errors(&frame, &reference) });
+    }
+    Ok(())
+}
+
+/// relMSE and MSE of a frame in each part; the frame holds the pixels of the reference.
+///
+/// # Panics
+/// If it holds another number of them.
+pub fn errors(frame: &Frame, reference: &Against) -> Vec<[f64; 2]> {
+    let planes = rgb(frame);
+    let picture = [&planes[0][..], &planes[1], &planes[2]];
+    let one = |part| {
+        let errors = reference.errors(picture, part);
+        [errors.rel_mse(), errors.mse()].map(|value| value.unwrap_or(f64::NAN))
+    };
+    reference.cells.parts().map(one).collect()
+}
