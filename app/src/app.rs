@@ -244,7 +244,8 @@ impl MisLabApp {
     /// Sets exposure or range from the picture that controls are about.
     fn normalise(&mut self) {
         let Some(frame) = self.lab.live().frame() else { return };
-        let planes = Planes::from_frame(&frame, self.lab.document.active().layer);
+        let planes =
+            Planes::shown(&frame, self.lab.document.active().layer, self.lab.document.view.variance_unit, None);
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
             self.lab.history.end_gesture();
         }
@@ -276,7 +277,7 @@ impl MisLabApp {
 
     fn copy_values(&mut self, ctx: &Context) {
         let (Some(frame), Some(at)) = (self.lab.live().frame(), self.lab.pane().pixel()) else { return };
-        ctx.copy_text(Pixel { frame: &frame, at }.table());
+        ctx.copy_text(Pixel { frame: &frame, at, unit: self.lab.document.view.variance_unit, blind: None }.table());
         self.lab.messages.say("The values of the pixel are on the clipboard.");
     }
 

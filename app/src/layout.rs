@@ -246,7 +246,8 @@ fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     panel.frame(column_frame(ui)).show(ui, |ui| {
         let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
         let slot = *lab.document.active();
-        let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, slot.layer));
+        let here =
+            lab.live().frame().and_then(|frame| lab.pane().here(&frame, slot.layer, lab.document.view.variance_unit));
         formula::formula_ui(ui, &slot.estimator, TypeScale::Desk);
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -318,7 +319,7 @@ fn equal_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 /// The legend of the picture that controls are about.
 fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
     let layer = lab.document.active().layer;
-    let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, layer));
+    let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, layer, lab.document.view.variance_unit));
     legend_ui(ui, legend::Key { layer, view: &lab.document.view, here });
 }
 

@@ -1,6 +1,7 @@
 //! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
 
 pub mod black;
+pub mod blind;
 pub mod engine;
 pub mod figure;
 pub mod film_texture;
@@ -18,4 +19,5 @@ pub mod shelf;
 pub mod still;
 pub mod swatch;
 pub mod tone;
+pub mod variance;
 pub mod viewport;

@@ -8,6 +8,7 @@ use mislab_renderer::{Frame, Layer};
 use crate::look::layer::not_drawn;
 use crate::look::theme::GRID;
 use crate::picture::black::Black;
+use crate::picture::blind::{Blind, BlindSpots};
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::interaction::{Interaction, Place};
 use crate::picture::legend::{Key, legend_overlay};
@@ -18,6 +19,7 @@ use crate::picture::viewport::{Shown, Viewport};
 use crate::state::command::Command;
 use crate::state::document::Document;
 use crate::state::placement::Geometry;
+use crate::state::view::VarianceUnit;
 
 /// What a pane is to show.
 pub struct Subject<'a> {
@@ -49,6 +51,9 @@ pub struct Pane {
     own_pixel: Option<[u32; 2]>,
     interaction: Interaction,
     black: Black,
+    blind: BlindSpots,
+    /// The blind pixels of what was on screen in the last pass.
+    shown_blind: Blind,
 }
 
 impl Pane {
@@ -60,6 +65,8 @@ impl Pane {
             own_pixel: None,
             interaction: Interaction::default(),
             black: Black::default(),
+            blind: BlindSpots::default(),
+            shown_blind: None,
         }
     }
 
@@ -91,7 +98,9 @@ impl Pane {
     pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, on: &Subject<'_>, out: &mut Vec<Command>) -> Rect {
         let layer = document.slots()[on.slot].layer;
         let frame = on.live.frame();
-        let planes = frame.as_ref().map(|frame| self.viewport.planes_of(frame, layer));
+        let unit = document.view.variance_unit;
+        let blind = frame.as_ref().and_then(|frame| self.blind.of(ui.ctx(), frame));
+        let planes = frame.as_ref().map(|frame| self.viewport.planes_of(frame, layer, unit, &blind));
         let behind = on.live.marked_in().is_some_and(|wait| wait.is_zero());
         let stale = if on.outdated {
             Some("the file as it was before the error")
@@ -130,7 +139,7 @@ impl Pane {
         if layer == Layer::Picture {
             self.black.overlay(ui, rect, &frame);
         }
-        let pixel = self.pixel.map(|at| Pixel { frame: &frame, at });
+        let pixel = self.pixel.map(|at| Pixel { frame: &frame, at, unit, blind: blind.as_ref() });
         if on.legend {
             let here = pixel.as_ref().and_then(|pixel| pixel.single(layer));
             let picture = self.geometry.map_or(rect, |geometry| geometry.picture_rect());
@@ -139,12 +148,13 @@ impl Pane {
         if let Some(pixel) = pixel {
             pixel.overlay(ui, rect, layer);
         }
+        self.shown_blind = blind;
         rect
     }
 
-    /// The number under the mouse of a layer that has one for each pixel of `frame`.
-    pub fn here(&self, frame: &Frame, layer: Layer) -> Option<f32> {
-        Pixel { frame, at: self.pixel? }.single(layer)
+    /// The number under the mouse of a layer that has one for each pixel of `frame`, as it is shown.
+    pub fn here(&self, frame: &Frame, layer: Layer, unit: VarianceUnit) -> Option<f32> {
+        Pixel { frame, at: self.pixel?, unit, blind: self.shown_blind.as_ref() }.single(layer)
     }
 }
 

@@ -7,11 +7,12 @@ use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
 use crate::look::layer::LayerLook;
+use crate::picture::blind::Blind;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
-use crate::picture::planes::Planes;
+use crate::picture::planes::{BLIND, Planes};
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::{Geometry, Placement};
-use crate::state::view::ViewState;
+use crate::state::view::{VarianceUnit, ViewState};
 
 /// From this size of an image pixel on screen, in points, its numbers are written into it.
 const VALUES_FROM: f32 = 60.0;
@@ -23,8 +24,8 @@ const SCROLL_PER_DOUBLING: f32 = 120.0;
 pub struct Viewport {
     gpu: Option<FilmTexture>,
     cpu: Option<CpuPicture>,
-    /// The layer last taken from a frame, which may be gone.
-    planes: Option<(Weak<Frame>, Arc<Planes>)>,
+    /// The layer last taken from a frame, which may be gone, and how.
+    planes: Option<(Weak<Frame>, VarianceUnit, Blind, Arc<Planes>)>,
 }
 
 /// A picture drawn without the shader, and what it was drawn from.
@@ -104,20 +105,19 @@ impl Viewport {
         ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
     }
 
-    /// The layer of the frame, taken out of it only when frame or layer changed.
-    pub fn planes_of(&mut self, frame: &Arc<Frame>, layer: Layer) -> Arc<Planes> {
-        match &self.planes {
-            Some((from, planes)) if Weak::as_ptr(from) == Arc::as_ptr(frame) && planes.layer() == layer => {
-                planes.clone()
-            }
-            _ => {
-                // The old ones go first: no need for both at a time.
-                self.planes = None;
-                let planes = Arc::new(Planes::from_frame(frame, layer));
-                self.planes = Some((Arc::downgrade(frame), planes.clone()));
-                planes
+    /// The layer of the frame, taken out of it only when frame, layer or what is asked of it changed.
+    pub fn planes_of(&mut self, frame: &Arc<Frame>, layer: Layer, unit: VarianceUnit, blind: &Blind) -> Arc<Planes> {
+        if let Some((from, as_unit, without, planes)) = &self.planes {
+            let same_frame = Weak::as_ptr(from) == Arc::as_ptr(frame) && planes.layer() == layer;
+            if same_frame && *as_unit == unit && without.as_ref().map(Arc::as_ptr) == blind.as_ref().map(Arc::as_ptr) {
+                return planes.clone();
             }
         }
+        // The old ones go first: no need for both at a time.
+        self.planes = None;
+        let planes = Arc::new(Planes::shown(frame, layer, unit, blind.as_ref().map(|blind| blind.as_slice())));
+        self.planes = Some((Arc::downgrade(frame), unit, blind.clone(), planes.clone()));
+        planes
     }
 
     fn paint(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
@@ -235,7 +235,9 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
 fn number(value: f32) -> String {
     let size = value.abs();
     if value.is_nan() {
-        "undefined".to_owned()
+        "none yet".to_owned()
+    } else if value == BLIND {
+        "blind".to_owned()
     } else if size == 0.0 || (1e-3..1e4).contains(&size) {
         let decimals = if size >= 1e3 {
             1
