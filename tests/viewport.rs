@@ -10,12 +10,12 @@ use mislab::look::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
 use mislab::picture::film_texture::FilmPipeline;
 use mislab::picture::legend::{Key, legend_overlay};
 use mislab::picture::normalise::normalise;
-use mislab::picture::planes::Planes;
+use mislab::picture::planes::{BLIND, Planes};
 use mislab::picture::still::{planes_to_rgba8, render_to_rgba8};
 use mislab::picture::tone::{filmic, srgb_encode, surround, tone_map};
 use mislab::picture::viewport::{Shown, Viewport, ViewportResponse};
 use mislab::state::placement::{Geometry, Placement};
-use mislab::state::view::{StoredView, ToneMap, ViewState};
+use mislab::state::view::{StoredView, ToneMap, VarianceUnit, ViewState};
 use mislab_renderer::{ImageSettings, Layer, PixelRect, Request, Sampling, Settings};
 
 const SIZE: [u32; 2] = [96, 64];
@@ -113,7 +113,7 @@ fn undrawn(size: [f32; 2]) -> Harness<'static, App> {
 /// every kind of number that needs care in the lowest rows.
 fn synthetic(layer: Layer) -> Planes {
     let [w, h] = SIZE;
-    let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e-40, 3e38];
+    let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, 1e-40, 3e38];
     let mut data = Vec::new();
     for channel in 0..layer.channels().len() {
         for y in 0..h {
@@ -335,6 +335,10 @@ fn what_cannot_be_is_red_and_nothing_else_is() {
     assert!(red(Layer::ShareLight, vec![1.1]) && red(Layer::ShareLight, vec![-0.1]));
     assert!(red(Layer::Variance, vec![f32::INFINITY]) && red(Layer::Variance, vec![-1.0]));
     assert!(!red(Layer::ShareLight, vec![f32::NAN]) && !red(Layer::Variance, vec![f32::NAN]), "undefined is no error");
+    assert!(
+        !red(Layer::ShareLight, vec![BLIND]) && !red(Layer::Variance, vec![BLIND]),
+        "what cannot be hit is hatched"
+    );
     assert!(!red(Layer::ShareLight, vec![1.0001]) && !red(Layer::Variance, vec![0.0]));
 }
 
@@ -513,11 +517,18 @@ fn the_viewport_speaks_to_screen_readers() {
     harness.get_by_label("Legend: Picture, EV -1.5, sRGB");
     harness.state_mut().show(Layer::Variance);
     harness.run();
-    harness.get_by_label("Picture: Variance of one sample");
-    harness.get_by_label("Legend: Variance of one sample, ≤1e-4, 0.001, 0.01, 0.1, 1, 10, ≥100, hatched: undefined");
+    harness.get_by_label("Picture: Variance");
+    let hatched = "hatched: nothing hit yet, cross-hatched: cannot be hit";
+    harness.get_by_label(&format!(
+        "Legend: Variance over mean\u{b2}, per ray, ≤0.01, 0.1, 1, 10, 100, 1000, ≥1e4, {hatched}"
+    ));
+    harness.state_mut().view.variance_unit = VarianceUnit::OneSample;
+    harness.state_mut().view.variance_range = VarianceUnit::OneSample.default_range();
+    harness.run();
+    harness.get_by_label(&format!("Legend: Variance of one sample, ≤1e-4, 0.001, 0.01, 0.1, 1, 10, ≥100, {hatched}"));
     harness.state_mut().here = Some(0.5);
     harness.run();
-    harness.get_by_label_contains("hatched: undefined, marked: 0.5000");
+    harness.get_by_label_contains(&format!("{hatched}, marked: 0.5000"));
 }
 
 #[test]
@@ -560,7 +571,7 @@ fn view_state_survives_storage_and_refuses_what_it_does_not_know() {
     };
     let view = StoredView { layer: Layer::WeightBsdf, view };
     let json = serde_json::to_string(&view).expect("it can be written");
-    let flat = r#"{"layer":"w_bsdf","exposure_ev":-1.25,"offset":0.0,"tone_map":"filmic","variance_range":[-4.0,2.0],"#;
+    let flat = r#"{"layer":"w_bsdf","exposure_ev":-1.25,"offset":0.0,"tone_map":"filmic","variance_range":[-2.0,4.0],"#;
     assert!(json.starts_with(flat), "the keys of older snapshots: {json}");
     assert_eq!(serde_json::from_str::<StoredView>(&json).expect("it can be read"), view);
     assert_eq!(serde_json::from_str::<StoredView>("{}").expect("missing fields are defaults"), StoredView::default());

@@ -263,8 +263,10 @@ impl MisLabApp {
 
     /// Sets exposure or range from the picture that controls are about.
     fn normalise(&mut self) {
-        let layer = self.lab.document.active().layer;
-        let Some(planes) = self.lab.live().content().and_then(|content| content.planes(layer).ok()) else { return };
+        let (layer, unit) = (self.lab.document.active().layer, self.lab.document.view.variance_unit);
+        let Some(planes) = self.lab.live().content().and_then(|content| content.planes(layer, unit, &None).ok()) else {
+            return;
+        };
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
             self.lab.history.end_gesture();
         }
@@ -303,7 +305,7 @@ impl MisLabApp {
         let layer = document.active().layer;
         let (w, h, rgba) = match &content {
             Content::Frame(frame) => figure(frame, layer, &document.view, dark),
-            Content::File(_) => match content.planes(layer) {
+            Content::File(_) => match content.planes(layer, document.view.variance_unit, &None) {
                 Ok(planes) => planes_to_rgba8(&planes, &document.view, dark),
                 Err(why) => return self.lab.messages.complain(why),
             },
@@ -314,7 +316,7 @@ impl MisLabApp {
 
     fn copy_values(&mut self, ctx: &Context) {
         let (Some(content), Some(at)) = (self.lab.live().content(), self.lab.pane().read()) else { return };
-        ctx.copy_text(Pixel { content: &content, at }.table());
+        ctx.copy_text(Pixel { content: &content, at, unit: self.lab.document.view.variance_unit, blind: None }.table());
         self.lab.messages.say("The values of the pixel are on the clipboard.");
     }
 

@@ -268,7 +268,8 @@ fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     panel.frame(column_frame(ui)).show(ui, |ui| {
         let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
         let slot = *lab.document.active();
-        let here = lab.live().content().and_then(|content| lab.pane().here(&content, slot.layer));
+        let unit = lab.document.view.variance_unit;
+        let here = lab.live().content().and_then(|content| lab.pane().here(&content, slot.layer, unit));
         formula::formula_ui(ui, (!slot.is_file()).then_some(&slot.estimator), TypeScale::Desk);
         ui.separator();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -347,7 +348,8 @@ fn equal_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 /// The legend of the picture that controls are about.
 fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
     let layer = lab.document.active().layer;
-    let here = lab.live().content().and_then(|content| lab.pane().here(&content, layer));
+    let unit = lab.document.view.variance_unit;
+    let here = lab.live().content().and_then(|content| lab.pane().here(&content, layer, unit));
     legend_ui(ui, legend::Key { layer, view: &lab.document.view, here });
 }
 

@@ -4,11 +4,12 @@
 //! [`kernel`]: start reading at its [`kernel::estimator`]. Here a [`Request`] becomes a stream of [`Frame`]s: [`engine`]
 //! renders in the background, [`frame`] is an immutable snapshot with its [`layer`]s; [`pbrt`] reads scene files,
 //! [`snapshot`] reads and writes EXR files, [`metrics`], [`table`] and [`study`] measure; [`inspect`] answers in plain floats what happens at one pixel,
-//! [`black`] why there is nothing to see, [`plane`] which strategy is best where.
+//! [`black`] why there is nothing to see, [`blind`] what cannot be seen, [`plane`] which strategy is best where.
 
 pub mod batch;
 pub mod benchmark;
 pub mod black;
+pub mod blind;
 pub mod convergence;
 pub mod engine;
 pub mod error;

@@ -1,9 +1,9 @@
 //! The window, driven by label and role as a user or a screen reader would: every control once.
 
 mod controls;
+mod convergence;
 mod export;
 mod exr_slot;
-mod convergence;
 mod files;
 mod lab;
 mod picture;

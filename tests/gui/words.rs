@@ -80,7 +80,7 @@ fn the_projector_view_has_no_hints() {
 #[test]
 fn a_hint_goes_with_the_first_key() {
     let mut lab = Lab::new();
-    let at = lab.rect("Layer: Variance of one sample").center();
+    let at = lab.rect("Layer: Variance").center();
     lab.rest_on(at);
     assert!(lab.has("In the EXR file: variance.Y"));
     lab.key(Modifiers::NONE, Key::Num1);

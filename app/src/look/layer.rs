@@ -65,7 +65,7 @@ impl LayerLook {
                 colouring: Colouring::Share { of: Light, ends: ["0 all BSDF", "1 all light"] },
             },
             Layer::Variance => Self {
-                name: "Variance of one sample",
+                name: "Variance",
                 key: "variance",
                 technique: None,
                 values: &["variance"],

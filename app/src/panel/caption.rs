@@ -1,6 +1,7 @@
 //! The caption of a picture: what made it. One for each pane; nothing in it moves while numbers count.
 
 use eframe::egui::{self, Align2, FontId, Layout, RichText, Role, TextStyle, Ui, vec2};
+use mislab_renderer::blind::why_blind;
 use mislab_renderer::{Frame, Layer, Lockstep, Strategy};
 
 use crate::look::layer::LayerLook;
@@ -22,7 +23,7 @@ pub struct Caption {
     cpu: String,
     time: String,
     scene: String,
-    bias: Option<&'static str>,
+    bias: Option<String>,
     /// It is of older settings.
     behind: bool,
     /// It was kept: nothing in it is equal to that of others.
@@ -59,7 +60,7 @@ impl Caption {
             cpu: seconds(stats.cpu_seconds),
             time: seconds(stats.render_seconds),
             scene: frame.request().scene.name.clone(),
-            bias: settings.estimator.bias(),
+            bias: bias(frame),
             behind,
             kept: false,
             error: String::new(),
@@ -140,7 +141,7 @@ impl Caption {
         };
         let layer = (layer != Layer::Picture).then(|| LayerLook::of(layer).name);
         let behind = if self.kept { Some("kept") } else { self.behind.then_some("\u{2026}") };
-        let comes = [self.bias.map(|_| "biased"), layer, behind];
+        let comes = [self.bias.as_ref().map(|_| "biased"), layer, behind];
         let gap = ui.spacing().item_spacing.x;
         let kept: f32 = comes.iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         for (index, (text, template, hint)) in numbers.into_iter().enumerate() {
@@ -156,8 +157,8 @@ impl Caption {
             cell(ui, &text, template, font.clone(), Some(ink), Align2::LEFT_CENTER).hint(hint);
         }
         let [bias, layer, behind] = comes;
-        if let (Some(text), Some(why)) = (bias, self.bias) {
-            ui.colored_label(inks.wrong, text).hint(why);
+        if let (Some(text), Some(why)) = (bias, &self.bias) {
+            ui.colored_label(inks.wrong, text).hint(why.clone());
         }
         for text in [layer, behind].into_iter().flatten() {
             ui.add(egui::Label::new(text).truncate());
@@ -205,7 +206,9 @@ impl Caption {
     fn remarks_ui(&self, ui: &mut Ui) {
         let wrong = Inks::of(ui.visuals()).wrong;
         let font = TextStyle::Small.resolve(ui.style());
-        let biased = self.bias.map(|_| "biased");
+        // All of it where there is room for it and for some of the scene's name.
+        let room = ui.available_width() - 16.0 * font.size;
+        let biased = self.bias.as_deref().map(|why| if width(ui, why, &font) < room { why } else { "biased" });
         let behind = self.behind.then_some("previous settings \u{2026}");
         let gap = ui.spacing().item_spacing.x;
         let remarks: f32 = [biased, behind].into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
@@ -217,8 +220,8 @@ impl Caption {
             ui.add(scene)
         });
         scene.inner.hint(format!("The scene: {}", self.scene));
-        if let (Some(text), Some(bias)) = (biased, self.bias) {
-            ui.label(small(text).color(wrong)).hint(bias);
+        if let (Some(text), Some(bias)) = (biased, &self.bias) {
+            ui.label(small(text).color(wrong)).hint(bias.clone());
         }
         if let Some(text) = behind {
             ui.label(small(text).italics());
@@ -233,6 +236,13 @@ const HINTS: [&str; 5] = [
     "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
     "relMSE against the reference: the mean of (x - r)\u{b2} / (r\u{b2} + 0.01).",
 ];
+
+/// Why the expected picture is not the true one, if so.
+fn bias(frame: &Frame) -> Option<String> {
+    let request = frame.request();
+    let estimator = &request.settings.estimator;
+    estimator.bias().map(str::to_owned).or_else(|| why_blind(&request.scene, estimator))
+}
 
 fn width(ui: &Ui, text: &str, font: &FontId) -> f32 {
     ui.painter().layout_no_wrap(text.into(), font.clone(), egui::Color32::WHITE).size().x

@@ -15,7 +15,7 @@ use crate::picture::tone::clipped_from;
 use crate::state::command::Command;
 use crate::state::document::Document;
 use crate::state::edit::Edit;
-use crate::state::view::{ToneMap, ViewState};
+use crate::state::view::{ToneMap, VarianceUnit, ViewState};
 
 /// What the panel shows of the picture on screen.
 pub struct Measured<'a> {
@@ -203,9 +203,16 @@ fn histogram_ui(ui: &mut Ui, key: Key<'_>, histogram: &Histogram) {
 }
 
 fn variance_ui(ui: &mut Ui, key: Key<'_>, default: &ViewState, out: &mut Vec<Command>) {
-    title(ui, "Range of the colour bar");
-    legend_ui(ui, key);
+    title(ui, "Variance");
     let view = key.view;
+    let units = VarianceUnit::ALL.map(|unit| (unit, unit.name()));
+    let describe = |ui: &mut Ui, unit: VarianceUnit| {
+        ui.label(unit.description());
+    };
+    let picked = segmented(ui, "Unit of the variance", view.variance_unit, &units, true, &describe);
+    out.extend(picked.map(|unit| Edit::SetVarianceUnit(unit).into()));
+    ui.add_space(GRID);
+    legend_ui(ui, key);
     let [low, high] = view.variance_range;
     let slider = |name, value: f32, default: f32| ParamSlider {
         name,

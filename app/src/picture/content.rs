@@ -5,8 +5,10 @@ use std::sync::Arc;
 use mislab_renderer::{Channel, Frame, Layer};
 
 use crate::look::layer::LayerLook;
+use crate::picture::blind::Blind;
 use crate::picture::foreign::Foreign;
 use crate::picture::planes::Planes;
+use crate::state::view::VarianceUnit;
 
 /// Numbers to look at.
 #[derive(Clone)]
@@ -35,13 +37,16 @@ impl Content {
         }
     }
 
-    /// The numbers of a layer.
+    /// The numbers of a layer as they are shown: see [`Planes::shown`]. Of a file there is the variance of one sample alone.
     ///
     /// # Errors
     /// If there are none, why not.
-    pub fn planes(&self, layer: Layer) -> Result<Planes, String> {
+    pub fn planes(&self, layer: Layer, unit: VarianceUnit, blind: &Blind) -> Result<Planes, String> {
         match self {
-            Self::Frame(frame) => Ok(Planes::from_frame(frame, layer)),
+            Self::Frame(frame) => Ok(Planes::shown(frame, layer, unit, blind.as_ref().map(|blind| blind.as_slice()))),
+            Self::File(file) if layer == Layer::Variance && unit != VarianceUnit::OneSample => {
+                Err(format!("{} has the variance of one sample alone: choose that unit.", file.name()))
+            }
             Self::File(file) => file.planes(layer, LayerLook::of(layer).name),
         }
     }

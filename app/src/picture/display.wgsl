@@ -31,6 +31,9 @@ const STALE_FADE = 0.55;
 const WEIGHT_SLACK = 1e-3;
 const LOG10_2 = 0.30102999566;
 const LAST_ENTRY = 255.0;
+const CROSSED_PERIODS = 2048.0;
+// Of all numbers the least: a pixel that cannot be sampled.
+const BLIND = -3.40282346638528859812e38;
 
 @group(0) @binding(0) var<uniform> u: Uniforms;
 @group(0) @binding(1) var planes: texture_2d_array<f32>;
@@ -107,6 +110,11 @@ fn hatch_at(at: vec2<f32>) -> vec3<f32> {
     return mix(u.hatch_a.rgb, u.hatch_b.rgb, stripes(at));
 }
 
+fn cross_hatch_at(at: vec2<f32>) -> vec3<f32> {
+    let other = vec2<f32>(at.x + CROSSED_PERIODS / u.hatch_frequency, -at.y);
+    return mix(u.hatch_a.rgb, u.hatch_b.rgb, max(stripes(at), stripes(other)));
+}
+
 fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     let v = textureLoad(planes, pixel, 0, 0).r;
     if by.kind == COLOUR {
@@ -121,6 +129,9 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     }
     if is_nan(v) {
         return hatch_at(at);
+    }
+    if v == BLIND {
+        return cross_hatch_at(at);
     }
     if !is_finite(v) || v < -WEIGHT_SLACK {
         return u.invalid.rgb;

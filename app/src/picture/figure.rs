@@ -1,6 +1,7 @@
 //! A picture for paper and slides: false colours with their legend, and a line that says what is shown.
 
 use eframe::egui::{Align2, FontId, TextStyle, pos2, vec2};
+use mislab_renderer::blind::blind_materials;
 use mislab_renderer::{Frame, Layer, Strategy};
 
 use crate::look::layer::LayerLook;
@@ -13,7 +14,7 @@ use crate::state::view::ViewState;
 
 /// Sizes of the strip under the picture at a type size of 16, in points.
 const MARGIN: f32 = 12.0;
-const LEGEND_HEIGHT: f32 = 58.0;
+const LEGEND_HEIGHT: f32 = 80.0;
 const LINE_HEIGHT: f32 = 24.0;
 /// The narrowest strip that legend and caption fit into.
 const NARROWEST: f32 = 460.0;
@@ -67,7 +68,7 @@ pub fn caption(frame: &Frame) -> [String; 2] {
     if estimator.strategy == Strategy::Mis {
         how += &format!(", c = {:.2}", estimator.light_prob);
     }
-    if estimator.bias().is_some() {
+    if estimator.bias().is_some() || !blind_materials(&request.scene, estimator).is_empty() {
         how += ", biased";
     }
     let name = crate::state::paths::shortened(&request.scene.name, 40);

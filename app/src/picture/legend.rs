@@ -1,4 +1,4 @@
-//! What the colours of the picture mean: name, colour bar with its range, hatching for undefined.
+//! What the colours of the picture mean: name, colour bar with its range, hatchings for what has no number.
 
 use std::sync::Arc;
 
@@ -8,7 +8,8 @@ use eframe::egui::{
 use mislab_renderer::{Layer, Technique};
 
 use crate::look::layer::{Colouring, LayerLook};
-use crate::picture::pixel::value_text;
+use crate::picture::pixel::{NEVER, NOTHING_YET, value_text};
+use crate::picture::planes::BLIND;
 use crate::picture::tone::{self, HATCH_PERIOD};
 use crate::state::view::ViewState;
 
@@ -84,11 +85,22 @@ struct Bar {
     colours: Vec<Color32>,
     /// Position in [0, 1] and the text, where there is room for one; the first and the last are aligned to the ends.
     ticks: Vec<(f32, Option<Arc<Galley>>)>,
-    /// Beside the bar, or below it where that is too wide.
-    undefined: (Arc<Galley>, bool),
+    /// What the hatchings mean, in a line below: no sample has hit yet, and none can.
+    hatched: [Arc<Galley>; 2],
     hatch: [Color32; 2],
-    /// What is under the mouse: a position in [0, 1], or NaN for undefined.
-    here: Option<f32>,
+    /// What is under the mouse.
+    here: Option<Here>,
+}
+
+/// Where on the legend the number under the mouse is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Here {
+    /// On the bar, in [0, 1].
+    At(f32),
+    /// At the hatching of what has not been hit.
+    NothingYet,
+    /// At that of what cannot be hit.
+    Never,
 }
 
 impl Legend {
@@ -100,7 +112,7 @@ impl Legend {
         let body = TextStyle::Body.resolve(ui.style());
         let small = FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body.clone() };
         let line = |words: String, font: &FontId| ui.painter().layout_no_wrap(words, font.clone(), text);
-        let LayerLook { name, .. } = look;
+        let name = title(layer, view);
         let title = line(name.to_owned(), &body);
         if look.is_colour() {
             let words = colour_note(view);
@@ -109,14 +121,11 @@ impl Legend {
             let size = vec2(title.size().x.max(note.size().x), title.size().y + note.size().y);
             return Self { title, note: Some(note), bar: None, text, size, spoken };
         }
-        let undefined = line("undefined".to_owned(), &small);
-        let aside = 2.0 * GAP + BAR_HEIGHT + GAP + undefined.size().x;
-        let below = available - aside < BAR_WIDTH.min(1.2 * MIN_BAR_WIDTH);
-        let aside = if below { 0.0 } else { aside };
-        let width = (available - aside).clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
+        let hatched = [NOTHING_YET, NEVER].map(|words| line(words.to_owned(), &small));
+        let width = available.clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
         let words = tick_words(layer, view);
         let mut spoken = format!(
-            "Legend: {name}, {}, hatched: undefined",
+            "Legend: {name}, {}, hatched: {NOTHING_YET}, cross-hatched: {NEVER}",
             words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
         );
         if let Some(here) = here {
@@ -125,14 +134,16 @@ impl Legend {
         let galleys: Vec<_> = words.into_iter().map(|(at, words)| (at, line(words, &small))).collect();
         let tick_height = galleys.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
         let ticks = fitting(galleys, width);
-        let line_below = if below { GAP + undefined.size().y } else { 0.0 };
-        let height = title.size().y + GAP + MARK + BAR_HEIGHT + TICK + tick_height + line_below;
-        let size = vec2(title.size().x.max(width + aside), height);
+        let hatched_size = hatched.each_ref().map(|galley| galley.size());
+        let height =
+            title.size().y + GAP + MARK + BAR_HEIGHT + TICK + tick_height + GAP + hatched_size[0].y.max(BAR_HEIGHT);
+        let hatched_width = 2.0 * (BAR_HEIGHT + GAP) + 3.0 * GAP + hatched_size[0].x + hatched_size[1].x;
+        let size = vec2(title.size().x.max(width).max(hatched_width), height);
         let bar = Bar {
             width,
             colours: bar_colours(layer, dark),
             ticks,
-            undefined: (undefined, below),
+            hatched,
             hatch: tone::hatch(dark),
             here: here.map(|value| position(layer, view, value)),
         };
@@ -172,24 +183,20 @@ impl Bar {
                 painter.galley(place.min, galley.clone(), ink);
             }
         }
-        let (undefined, below) = &self.undefined;
-        let corner = if *below {
-            let ticks = self.ticks.iter().filter_map(|(_, galley)| galley.as_ref()).map(|galley| galley.size().y);
-            rect.left_bottom() + vec2(0.0, TICK + ticks.fold(0.0, f32::max) + GAP)
-        } else {
-            rect.right_top() + vec2(2.0 * GAP, 0.0)
-        };
-        let swatch = Rect::from_min_size(corner, Vec2::splat(BAR_HEIGHT));
-        paint_hatch(painter, swatch, self.hatch);
-        painter.rect_stroke(swatch, 0.0, outline, egui::StrokeKind::Outside);
-        let words = Align2::LEFT_CENTER.anchor_size(swatch.right_center() + vec2(GAP, 0.0), undefined.size());
-        painter.galley(words.min, undefined.clone(), ink);
-        match self.here {
-            Some(here) if here.is_nan() => {
-                painter.rect_stroke(swatch, 0.0, egui::Stroke::new(2.0, ink), egui::StrokeKind::Outside);
-            }
-            Some(here) => paint_mark(painter, rect, rect.left() + here * rect.width(), ink),
-            None => {}
+        let ticks = self.ticks.iter().filter_map(|(_, galley)| galley.as_ref()).map(|galley| galley.size().y);
+        let mut corner = rect.left_bottom() + vec2(0.0, TICK + ticks.fold(0.0, f32::max) + GAP);
+        for ((words, crossed), means) in self.hatched.iter().zip([false, true]).zip([Here::NothingYet, Here::Never]) {
+            let swatch = Rect::from_min_size(corner, Vec2::splat(BAR_HEIGHT));
+            paint_hatch(painter, swatch, self.hatch, crossed);
+            let marked = egui::Stroke::new(2.0, ink);
+            let stroke = if self.here == Some(means) { marked } else { outline };
+            painter.rect_stroke(swatch, 0.0, stroke, egui::StrokeKind::Outside);
+            let place = Align2::LEFT_CENTER.anchor_size(swatch.right_center() + vec2(GAP, 0.0), words.size());
+            painter.galley(place.min, words.clone(), ink);
+            corner.x = place.right() + 3.0 * GAP;
+        }
+        if let Some(Here::At(at)) = self.here {
+            paint_mark(painter, rect, rect.left() + at * rect.width(), ink);
         }
     }
 }
@@ -203,8 +210,18 @@ fn paint_mark(painter: &egui::Painter, bar: Rect, x: f32, ink: Color32) {
     painter.add(Shape::convex_polygon(corners, ink, egui::Stroke::NONE));
 }
 
-/// Where a number of the layer is on the bar, in [0, 1]; NaN if it is undefined.
-fn position(layer: Layer, view: &ViewState, value: f32) -> f32 {
+/// What the numbers are called.
+fn title(layer: Layer, view: &ViewState) -> &'static str {
+    match layer {
+        Layer::Variance => view.variance_unit.title(),
+        Layer::Picture | Layer::Light | Layer::Bsdf | Layer::WeightLight | Layer::WeightBsdf | Layer::ShareLight => {
+            LayerLook::of(layer).name
+        }
+    }
+}
+
+/// Where a number of the layer is on the legend.
+fn position(layer: Layer, view: &ViewState, value: f32) -> Here {
     let at = match LayerLook::of(layer).colouring {
         Colouring::Magnitude => {
             let [low, high] = tone::variance_range(view);
@@ -213,7 +230,13 @@ fn position(layer: Layer, view: &ViewState, value: f32) -> f32 {
         }
         Colouring::Share { .. } | Colouring::Radiance => value,
     };
-    if value.is_nan() { value } else { at.clamp(0.0, 1.0) }
+    if value.is_nan() {
+        Here::NothingYet
+    } else if value == BLIND {
+        Here::Never
+    } else {
+        Here::At(at.clamp(0.0, 1.0))
+    }
 }
 
 /// Exposure, offset and tone map in words.
@@ -308,14 +331,17 @@ fn gradient(rect: Rect, colours: &[Color32]) -> Shape {
     Shape::mesh(mesh)
 }
 
-/// The hatching of the shader, in shapes.
-fn paint_hatch(painter: &egui::Painter, rect: Rect, [ground, stripe]: [Color32; 2]) {
+/// The hatchings of the shader, in shapes.
+fn paint_hatch(painter: &egui::Painter, rect: Rect, [ground, stripe]: [Color32; 2], crossed: bool) {
     let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     painter.rect_filled(rect, 0.0, ground);
     let stroke = egui::Stroke::new(HATCH_PERIOD / 2.0 * std::f32::consts::FRAC_1_SQRT_2, stripe);
     let (mut x, end) = (rect.left(), rect.right() + rect.height());
     while x <= end {
         painter.line_segment([pos2(x, rect.top()), pos2(x - rect.height(), rect.bottom())], stroke);
+        if crossed {
+            painter.line_segment([pos2(x, rect.bottom()), pos2(x - rect.height(), rect.top())], stroke);
+        }
         x += HATCH_PERIOD;
     }
 }
@@ -327,10 +353,15 @@ mod tests {
     #[test]
     fn the_mark_is_where_the_number_is() {
         let view = ViewState { variance_range: [-4.0, 2.0], ..ViewState::default() };
-        assert_eq!(position(Layer::ShareLight, &view, 0.25), 0.25);
-        assert_eq!(position(Layer::WeightBsdf, &view, 1.0), 1.0, "the number grows to the right, whatever the colour");
-        assert!((position(Layer::Variance, &view, 0.1) - 0.5).abs() < 1e-6);
-        assert_eq!(position(Layer::Variance, &view, 0.0), 0.0);
-        assert!(position(Layer::Variance, &view, f32::NAN).is_nan());
+        assert_eq!(position(Layer::ShareLight, &view, 0.25), Here::At(0.25));
+        assert_eq!(
+            position(Layer::WeightBsdf, &view, 1.0),
+            Here::At(1.0),
+            "the number grows to the right, whatever the colour"
+        );
+        assert!(matches!(position(Layer::Variance, &view, 0.1), Here::At(at) if (at - 0.5).abs() < 1e-6));
+        assert_eq!(position(Layer::Variance, &view, 0.0), Here::At(0.0));
+        assert_eq!(position(Layer::Variance, &view, f32::NAN), Here::NothingYet);
+        assert_eq!(position(Layer::Variance, &view, BLIND), Here::Never, "that is no noise of 0");
     }
 }

@@ -1,6 +1,7 @@
 //! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
 
 pub mod black;
+pub mod blind;
 pub mod content;
 pub mod engine;
 pub mod figure;
@@ -18,12 +19,13 @@ pub mod pixel;
 pub mod planes;
 pub mod png_file;
 pub mod raster;
-pub mod sheet;
 pub mod reference;
+pub mod sheet;
 pub mod shelf;
 pub mod slot_errors;
 pub mod still;
 pub mod swatch;
 pub mod tone;
+pub mod variance;
 pub mod vector;
 pub mod viewport;

@@ -8,6 +8,7 @@ use mislab_renderer::Layer;
 use crate::look::layer::not_drawn;
 use crate::look::theme::GRID;
 use crate::picture::black::Black;
+use crate::picture::blind::{Blind, BlindSpots};
 use crate::picture::content::Content;
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::interaction::{Interaction, Place};
@@ -19,7 +20,7 @@ use crate::picture::viewport::{Shown, Viewport};
 use crate::state::command::Command;
 use crate::state::document::Document;
 use crate::state::placement::Geometry;
-use crate::state::view::ViewState;
+use crate::state::view::{VarianceUnit, ViewState};
 
 /// What a pane is to show.
 pub struct Subject<'a> {
@@ -53,6 +54,9 @@ pub struct Pane {
     read: Option<[u32; 2]>,
     interaction: Interaction,
     black: Black,
+    blind: BlindSpots,
+    /// The blind pixels of what was on screen in the last pass.
+    shown_blind: Blind,
 }
 
 impl Pane {
@@ -65,6 +69,8 @@ impl Pane {
             read: None,
             interaction: Interaction::default(),
             black: Black::default(),
+            blind: BlindSpots::default(),
+            shown_blind: None,
         }
     }
 
@@ -102,7 +108,12 @@ impl Pane {
     pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, on: &Subject<'_>, out: &mut Vec<Command>) -> Rect {
         let layer = document.slots()[on.slot].layer;
         let content = on.live.content();
-        let planes = content.as_ref().map(|content| self.viewport.planes_of(content, layer));
+        let unit = document.view.variance_unit;
+        let blind = match &content {
+            Some(Content::Frame(frame)) => self.blind.of(ui.ctx(), frame),
+            Some(Content::File(_)) | None => None,
+        };
+        let planes = content.as_ref().map(|content| self.viewport.planes_of(content, layer, unit, &blind));
         let missing = planes.as_ref().and_then(|planes| planes.as_ref().err()).cloned();
         let planes = planes.and_then(Result::ok);
         let behind = on.live.marked_in().is_some_and(|wait| wait.is_zero());
@@ -154,7 +165,7 @@ impl Pane {
             remark(ui, rect, words);
             return rect;
         }
-        let pixel = self.read.map(|at| Pixel { content: &content, at });
+        let pixel = self.read.map(|at| Pixel { content: &content, at, unit, blind: blind.as_ref() });
         if on.legend {
             let here = pixel.as_ref().and_then(|pixel| pixel.single(layer));
             let picture = self.geometry.map_or(rect, |geometry| geometry.picture_rect());
@@ -163,12 +174,13 @@ impl Pane {
         if let Some(pixel) = pixel {
             pixel.overlay(ui, rect, layer);
         }
+        self.shown_blind = blind;
         rect
     }
 
-    /// The number under the mouse of a layer that has one for each pixel of what is shown.
-    pub fn here(&self, content: &Content, layer: Layer) -> Option<f32> {
-        Pixel { content, at: self.read? }.single(layer)
+    /// The number under the mouse of a layer that has one for each pixel of what is shown, as it is shown.
+    pub fn here(&self, content: &Content, layer: Layer, unit: VarianceUnit) -> Option<f32> {
+        Pixel { content, at: self.read?, unit, blind: self.shown_blind.as_ref() }.single(layer)
     }
 }
 

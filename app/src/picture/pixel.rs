@@ -1,11 +1,16 @@
 //! The pixel under the cursor: its place and its numbers.
 
+use std::sync::Arc;
+
 use eframe::egui::{self, Align2, Color32, Rect, Role, Sense, TextStyle, Ui, vec2};
 use mislab_renderer::{Channel, Layer};
 
 use crate::look::layer::LayerLook;
 use crate::look::theme::GRID;
 use crate::picture::content::Content;
+use crate::picture::planes::BLIND;
+use crate::picture::variance;
+use crate::state::view::VarianceUnit;
 
 /// A pixel of what is shown.
 pub struct Pixel<'a> {
@@ -13,6 +18,10 @@ pub struct Pixel<'a> {
     pub content: &'a Content,
     /// Column and row in the full image.
     pub at: [u32; 2],
+    /// What its variance is counted in.
+    pub unit: VarianceUnit,
+    /// For each pixel of the full image whether it cannot be sampled; `None` if there are none.
+    pub blind: Option<&'a Arc<Vec<bool>>>,
 }
 
 impl Pixel<'_> {
@@ -40,7 +49,7 @@ impl Pixel<'_> {
     /// Place and values in a layer.
     fn text(&self, layer: Layer) -> String {
         let names = LayerLook::of(layer).values;
-        let values: Vec<f32> = layer.channels().iter().map(|c| self.value(*c)).collect();
+        let values = self.values(layer);
         let words = match values.as_slice() {
             [] => String::new(),
             // Equal to the eye: the three are one number.
@@ -58,9 +67,35 @@ impl Pixel<'_> {
 
     /// The number of a layer that has one for each pixel.
     pub fn single(&self, layer: Layer) -> Option<f32> {
-        match layer.channels() {
-            [channel] => Some(self.value(*channel)),
+        match self.values(layer).as_slice() {
+            [value] => Some(*value),
             _ => None,
+        }
+    }
+
+    /// The numbers of a layer as they are shown: see [`Planes::shown`](crate::picture::planes::Planes::shown).
+    fn values(&self, layer: Layer) -> Vec<f32> {
+        let [x, y] = self.at.map(|i| i as usize);
+        let at = y * self.content.size()[0] as usize + x;
+        let is_blind = self.blind.is_some_and(|blind| blind.get(at) == Some(&true));
+        if is_blind && layer.channels().len() == 1 {
+            return vec![BLIND];
+        }
+        match (layer, self.content) {
+            (Layer::Variance, Content::Frame(frame)) => {
+                let numbers = variance::CHANNELS.map(|channel| self.value(channel));
+                vec![variance::in_unit(self.unit, variance::cost(self.unit, frame), numbers)]
+            }
+            (Layer::Variance, Content::File(_)) => vec![self.value(Channel::VarianceY)],
+            (
+                Layer::Picture
+                | Layer::Light
+                | Layer::Bsdf
+                | Layer::WeightLight
+                | Layer::WeightBsdf
+                | Layer::ShareLight,
+                Content::Frame(_) | Content::File(_),
+            ) => layer.channels().iter().map(|channel| self.value(*channel)).collect(),
         }
     }
 
@@ -79,10 +114,17 @@ impl Pixel<'_> {
     }
 }
 
+/// What a pixel has instead of a number where no sample has carried light.
+pub const NOTHING_YET: &str = "nothing hit yet";
+/// What it has where none ever will.
+pub const NEVER: &str = "cannot be hit";
+
 /// A number of a pixel as people read it.
 pub fn value_text(value: f32) -> String {
     if value.is_nan() {
-        "undefined".into()
+        NOTHING_YET.into()
+    } else if value == BLIND {
+        NEVER.into()
     } else if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
         format!("{value:.2e}")
     } else {

@@ -2,6 +2,12 @@
 
 use mislab_renderer::{Frame, Layer, PixelRect};
 
+use crate::picture::variance;
+use crate::state::view::VarianceUnit;
+
+/// Stands for a pixel that cannot be sampled, in layers of one number. Nothing that is measured is negative.
+pub const BLIND: f32 = f32::MIN;
+
 /// The numbers of one layer of a frame.
 #[derive(Clone, Debug)]
 pub struct Planes {
@@ -23,7 +29,48 @@ impl Planes {
         Self { layer, bounds, image, data }
     }
 
-    /// A layer of a frame.
+    /// A layer of a frame as it is shown: the variance in that unit, and what the strategy is [`BLIND`] to marked; `blind`
+    /// has a value for each pixel of the full image.
+    pub fn shown(frame: &Frame, layer: Layer, unit: VarianceUnit, blind: Option<&[bool]>) -> Self {
+        let mut planes = match layer {
+            Layer::Variance => Self::variance(frame, unit),
+            Layer::Picture
+            | Layer::Light
+            | Layer::Bsdf
+            | Layer::WeightLight
+            | Layer::WeightBsdf
+            | Layer::ShareLight => Self::from_frame(frame, layer),
+        };
+        if let Some(blind) = blind.filter(|_| layer.channels().len() == 1) {
+            planes.mark(blind);
+        }
+        planes
+    }
+
+    fn variance(frame: &Frame, unit: VarianceUnit) -> Self {
+        let bounds = frame.bounds();
+        let area = bounds.area();
+        let mut data = vec![0.0; variance::CHANNELS.len() * area];
+        frame.resolve(&variance::CHANNELS, &mut data);
+        let cost = variance::cost(unit, frame);
+        for i in 0..area {
+            data[i] = variance::in_unit(unit, cost, [0, 1, 2, 3].map(|c| data[c * area + i]));
+        }
+        data.truncate(area);
+        Self::new(Layer::Variance, bounds, frame.request().settings.image.resolution, data)
+    }
+
+    fn mark(&mut self, blind: &[bool]) {
+        let width = self.bounds.width() as usize;
+        for (y, row) in self.data.chunks_exact_mut(width.max(1)).enumerate() {
+            let first = (self.bounds.min[1] as usize + y) * self.image[0] as usize + self.bounds.min[0] as usize;
+            for (value, _) in row.iter_mut().zip(&blind[first..]).filter(|(_, blind)| **blind) {
+                *value = BLIND;
+            }
+        }
+    }
+
+    /// The numbers of a layer of a frame, as files have them.
     pub fn from_frame(frame: &Frame, layer: Layer) -> Self {
         let (bounds, channels) = (frame.bounds(), layer.channels());
         let mut data = vec![0.0; channels.len() * bounds.area()];

@@ -9,12 +9,15 @@ use mislab_renderer::{Layer, Technique};
 
 use crate::look::colormap::ColourMap;
 use crate::look::layer::{Colouring, LayerLook};
-use crate::picture::planes::Planes;
+use crate::picture::planes::{BLIND, Planes};
 use crate::state::placement::Geometry;
 use crate::state::view::{ToneMap, ViewState};
 
 /// Width of one pair of hatch stripes along a row, in points.
 pub const HATCH_PERIOD: f32 = 10.0;
+
+/// Periods of stripes beyond the height of any window.
+const CROSSED_PERIODS: f32 = 2048.0;
 
 /// How far a stale picture fades into the surround.
 const STALE_FADE: f32 = 0.55;
@@ -222,6 +225,14 @@ fn hatch_at(u: &Uniforms, at: [f32; 2]) -> [f32; 3] {
     [0, 1, 2].map(|i| u.hatch_a[i] + (u.hatch_b[i] - u.hatch_a[i]) * blend)
 }
 
+/// The same of what cannot be sampled: stripes both ways.
+fn cross_hatch_at(u: &Uniforms, at: [f32; 2]) -> [f32; 3] {
+    // Along the other diagonal; whole periods keep the phase positive.
+    let other = [at[0] + CROSSED_PERIODS / u.hatch_frequency, -at[1]];
+    let blend = stripes(u, at).max(stripes(u, other));
+    [0, 1, 2].map(|i| u.hatch_a[i] + (u.hatch_b[i] - u.hatch_a[i]) * blend)
+}
+
 fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
     [r, g, b]
 }
@@ -240,6 +251,9 @@ fn colour(u: &Uniforms, value: [f32; 3], at: [f32; 2]) -> [f32; 3] {
     let v = value[0];
     if v.is_nan() {
         return hatch_at(u, at);
+    }
+    if v == BLIND {
+        return cross_hatch_at(u, at);
     }
     if u.kind == Kind::Weight as u32 {
         if !(-WEIGHT_SLACK..=1.0 + WEIGHT_SLACK).contains(&v) {

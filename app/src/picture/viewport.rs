@@ -7,14 +7,15 @@ use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
 use crate::look::layer::LayerLook;
+use crate::picture::blind::Blind;
 use crate::picture::content::Content;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
 use crate::picture::foreign::Foreign;
-use crate::picture::planes::Planes;
+use crate::picture::planes::{BLIND, Planes};
 use crate::picture::sheet::Recorder;
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::{Geometry, Placement};
-use crate::state::view::ViewState;
+use crate::state::view::{VarianceUnit, ViewState};
 
 /// From this size of an image pixel on screen, in points, its numbers are written into it.
 const VALUES_FROM: f32 = 60.0;
@@ -26,8 +27,8 @@ const SCROLL_PER_DOUBLING: f32 = 120.0;
 pub struct Viewport {
     gpu: Option<FilmTexture>,
     cpu: Option<CpuPicture>,
-    /// The layer last taken from a frame, which may be gone.
-    planes: Option<(Origin, Arc<Planes>)>,
+    /// The layer last taken from what is shown, which may be gone, and how.
+    planes: Option<(Origin, VarianceUnit, Blind, Arc<Planes>)>,
 }
 
 /// What planes were taken from, which may be gone.
@@ -130,21 +131,28 @@ impl Viewport {
         ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
     }
 
-    /// The layer, taken out only when content or layer changed.
+    /// The layer, taken out only when content, layer or what is asked of it changed.
     ///
     /// # Errors
     /// If there are no numbers of that layer, why not.
-    pub fn planes_of(&mut self, content: &Content, layer: Layer) -> Result<Arc<Planes>, String> {
-        match &self.planes {
-            Some((from, planes)) if from.is(content) && planes.layer() == layer => Ok(planes.clone()),
-            Some(_) | None => {
-                // The old ones go first: no need for both at a time.
-                self.planes = None;
-                let planes = Arc::new(content.planes(layer)?);
-                self.planes = Some((Origin::of(content), planes.clone()));
-                Ok(planes)
+    pub fn planes_of(
+        &mut self,
+        content: &Content,
+        layer: Layer,
+        unit: VarianceUnit,
+        blind: &Blind,
+    ) -> Result<Arc<Planes>, String> {
+        if let Some((from, as_unit, without, planes)) = &self.planes {
+            let same = from.is(content) && planes.layer() == layer;
+            if same && *as_unit == unit && without.as_ref().map(Arc::as_ptr) == blind.as_ref().map(Arc::as_ptr) {
+                return Ok(planes.clone());
             }
         }
+        // The old ones go first: no need for both at a time.
+        self.planes = None;
+        let planes = Arc::new(content.planes(layer, unit, blind)?);
+        self.planes = Some((Origin::of(content), unit, blind.clone(), planes.clone()));
+        Ok(planes)
     }
 
     fn paint(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
@@ -265,7 +273,9 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
 fn number(value: f32) -> String {
     let size = value.abs();
     if value.is_nan() {
-        "undefined".to_owned()
+        "none yet".to_owned()
+    } else if value == BLIND {
+        "blind".to_owned()
     } else if size == 0.0 || (1e-3..1e4).contains(&size) {
         let decimals = if size >= 1e3 {
             1

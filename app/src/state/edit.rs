@@ -8,7 +8,7 @@ use mislab_renderer::{Estimator, Heuristic, Layer, Lockstep, OneSampleWeights, S
 use super::arrangement::Arrangement;
 use super::document::{Document, fit_strata};
 use super::history::EditKey;
-use super::view::{ToneMap, ViewState};
+use super::view::{ToneMap, VarianceUnit, ViewState};
 
 /// Where a picture stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,6 +90,8 @@ pub enum Edit {
     SetMarkClipped(bool),
     /// Ends of the colour bar of the variance, as log10.
     SetVarianceRange([f32; 2]),
+    /// What the variance is counted in, with the usual range of that.
+    SetVarianceUnit(VarianceUnit),
     /// Exposure, offset, tone map back to the defaults.
     ResetView,
 }
@@ -124,6 +126,7 @@ impl Edit {
             Self::SetToneMap(_) => EditKey("tone map", 0),
             Self::SetMarkClipped(_) => EditKey("marks of clipped pixels", 0),
             Self::SetVarianceRange(_) => EditKey("variance range", 0),
+            Self::SetVarianceUnit(_) => EditKey("unit of the variance", 0),
             Self::ResetView => EditKey("reset of the view", 0),
         }
     }
@@ -246,6 +249,11 @@ impl Edit {
             Self::SetToneMap(tone_map) => document.view.tone_map = tone_map,
             Self::SetMarkClipped(on) => document.view.mark_clipped = on,
             Self::SetVarianceRange(range) => document.view.variance_range = range,
+            Self::SetVarianceUnit(unit) if unit == document.view.variance_unit => {}
+            Self::SetVarianceUnit(unit) => {
+                document.view.variance_unit = unit;
+                document.view.variance_range = unit.default_range();
+            }
             Self::ResetView => document.view.reset_display(),
         }
     }

@@ -10,7 +10,7 @@ use crate::state::arrangement::Arrangement;
 use crate::state::command::{Command, Figure, Shipped};
 use crate::state::edit::{Edit, SppTarget};
 use crate::state::study::Study;
-use crate::state::view::ToneMap;
+use crate::state::view::{ToneMap, VarianceUnit};
 
 /// A command with its name and, perhaps, its key.
 pub struct Action {
@@ -137,6 +137,9 @@ pub fn actions() -> Vec<Action> {
     }
     for tone_map in ToneMap::ALL {
         add("View", format!("Tone map: {}", tone_map.name()), Edit::SetToneMap(tone_map).into());
+    }
+    for unit in VarianceUnit::ALL {
+        add("View", format!("Unit of the variance: {}", unit.title()), Edit::SetVarianceUnit(unit).into());
     }
     add("View", "Mark clipped pixels".into(), Edit::SetMarkClipped(true).into());
     add("View", "Do not mark clipped pixels".into(), Edit::SetMarkClipped(false).into());

@@ -53,6 +53,71 @@ impl ToneMap {
     }
 }
 
+/// In what unit the variance of a pixel is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VarianceUnit {
+    /// Of the luminance of one sample: radiance squared.
+    OneSample,
+    /// The same over the square of the mean: 1 is noise as large as the picture.
+    Relative,
+    /// Relative, times the rays that a sample costs.
+    #[default]
+    PerRay,
+    /// Relative, times the seconds of processor time that a sample of every pixel costs.
+    PerSecond,
+}
+
+impl VarianceUnit {
+    /// All of them, in the order shown to users.
+    pub const ALL: [Self; 4] = [Self::OneSample, Self::Relative, Self::PerRay, Self::PerSecond];
+
+    /// The name on a button.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OneSample => "sample",
+            Self::Relative => "relative",
+            Self::PerRay => "per ray",
+            Self::PerSecond => "per s",
+        }
+    }
+
+    /// What the numbers are, over their legend.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::OneSample => "Variance of one sample",
+            Self::Relative => "Variance over mean\u{b2}",
+            Self::PerRay => "Variance over mean\u{b2}, per ray",
+            Self::PerSecond => "Variance over mean\u{b2}, per second",
+        }
+    }
+
+    /// What they tell, in one sentence.
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::OneSample => "Variance of the luminance of one sample, in radiance squared.",
+            Self::Relative => {
+                "The same over the square of the mean: comparable between dark and bright. At 1 one sample has as much noise as light."
+            }
+            Self::PerRay => {
+                "Relative, times the rays of a sample: what is left after one ray. \u{201c}MIS, both\u{201d} pays for two."
+            }
+            Self::PerSecond => {
+                "Relative, times the processor time of a pass: what is left after one second over the whole picture."
+            }
+        }
+    }
+
+    /// Ends of the colour bar, as log10, for pictures of usual scenes.
+    pub fn default_range(self) -> [f32; 2] {
+        match self {
+            Self::OneSample => ViewState::DEFAULT_VARIANCE_RANGE,
+            Self::Relative | Self::PerRay => [-2.0, 4.0],
+            Self::PerSecond => [-4.0, 2.0],
+        }
+    }
+}
+
 /// How all pictures of the window are looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -68,6 +133,8 @@ pub struct ViewState {
     pub mark_clipped: bool,
     /// log10 of the variance at the two ends of the colour bar, the lower first.
     pub variance_range: [f32; 2],
+    /// What it is counted in.
+    pub variance_unit: VarianceUnit,
     /// Zoom and pan.
     pub placement: Placement,
 }
@@ -79,27 +146,29 @@ impl Default for ViewState {
             offset: 0.0,
             tone_map: ToneMap::default(),
             mark_clipped: false,
-            variance_range: Self::DEFAULT_VARIANCE_RANGE,
+            variance_range: VarianceUnit::default().default_range(),
+            variance_unit: VarianceUnit::default(),
             placement: Placement::Fit,
         }
     }
 }
 
 impl ViewState {
-    /// Six decades about a variance of 0.1.
+    /// Six decades about a variance of 0.1 of one sample.
     pub const DEFAULT_VARIANCE_RANGE: [f32; 2] = [-4.0, 2.0];
     /// Exposure beyond this many stops either way is taken as this.
     pub const MAX_EV: f32 = 20.0;
 
-    /// Exposure, offset, tone map and variance range as they were at the start (R). Zoom stays.
+    /// Exposure, offset, tone map, unit and range of the variance as they were at the start (R). Zoom stays.
     pub fn reset_display(&mut self) {
-        let Self { placement: _, exposure_ev, offset, tone_map, mark_clipped, variance_range } = self;
+        let Self { placement: _, exposure_ev, offset, tone_map, mark_clipped, variance_range, variance_unit } = self;
         let default = Self::default();
         *exposure_ev = default.exposure_ev;
         *offset = default.offset;
         *tone_map = default.tone_map;
         *mark_clipped = default.mark_clipped;
         *variance_range = default.variance_range;
+        *variance_unit = default.variance_unit;
     }
 }
 
