@@ -6,5 +6,6 @@ mod lab;
 mod picture;
 mod place;
 mod several;
+mod sizes;
 mod table;
 mod words;
