@@ -161,7 +161,7 @@ fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>)
             hint::beside(ui, column, |ui| {
                 let document = &lab.document;
                 sampling::weights_ui(ui, &document.active().estimator, out);
-                sampling::samples_ui(ui, &document.sampling(), &document.opened.settings.sampling, out);
+                sampling::samples_ui(ui, document, out);
                 sampling::pace_ui(ui, &lab.pacing, out);
                 ui.add_space(GRID);
                 lab.pointed_at = scene::scene_ui(ui, document, &lab.swatches, lab.panes.hovered(), out);

@@ -96,3 +96,19 @@ fn escape_puts_away_what_was_not_saved() {
     lab.key(Modifiers::NONE, Key::Escape);
     assert!(!lab.has("a/b was not saved"));
 }
+
+#[test]
+fn a_picture_alone_counts_samples_or_rays() {
+    let mut lab = Lab::new();
+    assert!(lab.has("4 spp") && lab.has("8 rays"), "MIS, both pays for two rays a sample");
+    lab.click("Per pixel: rays");
+    lab.settle();
+    assert!(lab.has("2 spp") && lab.has("4 rays"), "the caption says both");
+    lab.apply(Edit::SetStrategy(Strategy::Light));
+    lab.settle();
+    assert!(lab.has("4 spp") && lab.has("4 rays"));
+    lab.apply(Command::Undo);
+    lab.apply(Command::Undo);
+    lab.settle();
+    assert!(lab.has("8 rays"), "and it can be undone");
+}

@@ -32,6 +32,7 @@ pub struct Caption {
 /// The widest that stands in each place.
 const HOW: &str = "maximum, c 0.88";
 const SPP: &str = "88888 spp";
+const RAYS: &str = "88888 rays";
 const PATHS: &str = "88.8 M paths";
 const TIME: &str = "88:88 min";
 
@@ -80,7 +81,8 @@ impl Caption {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 3.0 * GRID;
             self.name_ui(ui, &font);
-            let numbers = [(&self.how, HOW), (&self.spp, SPP), (&self.paths, PATHS), (&self.time, TIME)];
+            let numbers =
+                [(&self.how, HOW), (&self.spp, SPP), (&self.rays, RAYS), (&self.paths, PATHS), (&self.time, TIME)];
             for ((text, template), hint) in numbers.into_iter().zip(HINTS) {
                 // Rather nothing than half a number.
                 if ui.available_width() < width(ui, template, &font) {
@@ -110,11 +112,7 @@ impl Caption {
             if this == equal && !self.kept { format!("= {text}") } else { text.to_owned() }
         };
         let spp = (alike(Lockstep::Spp, &self.spp), "= 888 spp", "Samples per pixel.");
-        let rays = (
-            alike(Lockstep::Rays, &self.rays),
-            "= 888 rays",
-            "Second rays per pixel: \u{201c}MIS, both\u{201d} traces two a sample.",
-        );
+        let rays = (alike(Lockstep::Rays, &self.rays), "= 888 rays", HINTS[2]);
         let time =
             (alike(Lockstep::CpuSeconds, &self.cpu), "= 88.8 s", "Seconds of processor time, all threads together.");
         let how = (self.how.clone(), HOW, HINTS[0]);
@@ -208,9 +206,10 @@ impl Caption {
     }
 }
 
-const HINTS: [&str; 4] = [
+const HINTS: [&str; 5] = [
     "How weights follow from the densities, and the probability c of a light sample.",
     "Samples per pixel. The tutorial: xsamples times ysamples.",
+    "Second rays per pixel: \u{201c}MIS, both\u{201d} traces two a sample.",
     "Camera rays of the whole picture; a path here has two segments.",
     "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
 ];
