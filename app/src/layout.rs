@@ -1,5 +1,6 @@
 //! Where everything is: at a desk strategy bar, columns, picture, caption, status; in a hall the picture and one column.
 
+mod hall;
 mod stage;
 mod study;
 
@@ -7,12 +8,11 @@ use std::sync::Arc;
 
 use eframe::egui::{
     self, Align, Align2, CentralPanel, Color32, Frame, Key, Layout, Margin, Panel, Popup, Rect, ScrollArea, Ui,
-    UiBuilder, Vec2, vec2,
+    UiBuilder, vec2,
 };
 use mislab_renderer::State;
 
 use crate::lab::Lab;
-use crate::look::layer::LayerLook;
 use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::{Caption, aside_ui, waiting_ui};
 use crate::panel::display::Measured;
@@ -36,7 +36,7 @@ pub fn window_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     escape(ui.ctx(), lab, out);
     let place = match lab.scale() {
         TypeScale::Desk => desk(ui, lab, out),
-        TypeScale::Hall => hall(ui, lab, out),
+        TypeScale::Hall => hall::hall_ui(ui, lab, out),
     };
     sheets(ui.ctx(), lab, place, out);
     lab.sheets.typing = ui.ctx().text_edit_focused();
@@ -62,46 +62,11 @@ fn desk(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, !left && !right, out)).inner
 }
 
-/// The projector view: the picture as large as it gets, in whichever of two ways that is.
-fn hall(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
-    let size = ui.available_size();
-    let [columns, rows] = lab.document.arrangement().grid().map(|n| n as f32);
-    let aspect = columns / rows * lab.document.view.placement.aspect(lab.document.image.resolution);
-    match hall_column(size, aspect) {
-        Some(width) => {
-            let panel = Panel::left("hall column").resizable(false).exact_size(width).show_separator_line(false);
-            panel.frame(column_frame(ui)).show(ui, |ui| hall_column_ui(ui, lab, out));
-            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
-        }
-        None => {
-            let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame(ui)).show_separator_line(false);
-            bar.show(ui, |ui| hall_bar_ui(ui, lab, out));
-            caption_strip(ui, lab, HALL_CAPTION, out);
-            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
-        }
-    }
-}
-
 /// Draws a column and returns its width in whole points.
 fn width_taken(ui: &mut Ui, draw: impl FnOnce(&mut Ui)) -> f32 {
     let before = ui.available_width();
     draw(ui);
     (before - ui.available_width()).round()
-}
-
-/// Heights in points of what stands over and under a wide picture in a hall.
-const HALL_BAR: f32 = 186.0;
-const HALL_CAPTION: f32 = 92.0;
-/// The narrowest column that holds the strategies.
-const HALL_COLUMN: f32 = 440.0;
-
-/// Width of the column beside a picture of that shape in the projector view; `None` if the picture becomes larger with
-/// bars above and below.
-fn hall_column(size: Vec2, aspect: f32) -> Option<f32> {
-    let column = (size.x - size.y * aspect).max(HALL_COLUMN);
-    let beside = ((size.x - column) / aspect).min(size.y);
-    let between = (size.x / aspect).min(size.y - HALL_BAR - HALL_CAPTION);
-    (beside >= between).then_some(column)
 }
 
 fn bar_frame(ui: &Ui) -> Frame {
@@ -112,28 +77,56 @@ fn column_frame(ui: &Ui) -> Frame {
     Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin { left: 12, right: 8, top: 4, bottom: 4 })
 }
 
+/// In a narrow window with a second row for what the first has no room for.
 fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
-    Panel::top("strategy bar").exact_size(48.0).frame(bar_frame(ui)).show(ui, |ui| {
-        ui.horizontal_centered(|ui| {
-            let estimator = &lab.document.active().estimator;
+    // The menu needs its place at the right end.
+    let room = ui.available_width() - strategy::row_width(ui) - 8.0 * GRID - 110.0 - LAYOUT_MENU;
+    let one_row = room > 140.0;
+    let bar = Panel::top("strategy bar").exact_size(if one_row { BAR_ROW } else { 1.75 * BAR_ROW });
+    bar.frame(bar_frame(ui)).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let row = |ui: &mut Ui, height: f32, add: &mut dyn FnMut(&mut Ui)| {
+            let size = vec2(ui.available_width(), height);
+            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), add);
+        };
+        row(ui, BAR_ROW, &mut |ui| {
             let made = !lab.document.active().is_file();
-            ui.add_enabled_ui(made, |ui| strategy::row_ui(ui, estimator, out));
+            ui.add_enabled_ui(made, |ui| strategy::row_ui(ui, &lab.document.active().estimator, out));
             ui.add_space(2.0 * GRID);
-            // The menu needs its place at the right end.
-            let room = ui.available_width() - 110.0 - LAYOUT_MENU;
-            if room > 140.0 {
-                let default = lab.document.opened.settings.estimator.light_prob;
-                ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, estimator, default, room.min(272.0), out));
+            if one_row {
+                bar_light_prob_ui(ui, lab, room, out);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
-                compare::layout_menu(ui, &lab.document, lab.studies.open, LAYOUT_MENU - 3.0 * GRID, out);
-                layer_menu(ui, lab, 220.0, out);
+                if one_row {
+                    bar_menus(ui, lab, out);
+                }
             });
         });
+        if !one_row {
+            row(ui, 0.75 * BAR_ROW, &mut |ui| {
+                let room = ui.available_width() - LAYOUT_MENU - LAYER_MENU - 4.0 * GRID;
+                bar_light_prob_ui(ui, lab, room.max(140.0), out);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| bar_menus(ui, lab, out));
+            });
+        }
     });
 }
 
+fn bar_light_prob_ui(ui: &mut Ui, lab: &Lab, room: f32, out: &mut Vec<Command>) {
+    let default = lab.document.opened.settings.estimator.light_prob;
+    strategy::light_prob_ui(ui, &lab.document.active().estimator, default, room.min(272.0), out);
+}
+
+fn bar_menus(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
+    compare::layout_menu(ui, &lab.document, lab.studies.open, LAYOUT_MENU - 3.0 * GRID, out);
+    layer_menu(ui, lab, LAYER_MENU, out);
+}
+
+/// Height of the strategies in the bar.
+const BAR_ROW: f32 = 48.0;
+/// Width of the menu of layers in the bar.
+const LAYER_MENU: f32 = 220.0;
 /// Width of the menu of layouts in the bar, with the space before it.
 const LAYOUT_MENU: f32 = 160.0;
 
@@ -143,83 +136,10 @@ fn layer_menu(ui: &mut Ui, lab: &Lab, width: f32, out: &mut Vec<Command>) {
     }
 }
 
-/// What the projector view has beside the picture.
-fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
-    let slot = *lab.document.active();
-    let content = lab.live().content();
-    let made = !slot.is_file();
-    ui.add_enabled_ui(made, |ui| strategy::square_ui(ui, &slot.estimator, out));
-    let default = lab.document.opened.settings.estimator.light_prob;
-    ui.horizontal(|ui| {
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
-            let width = ui.available_width();
-            ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, &slot.estimator, default, width, out));
-        });
-    });
-    formula::formula_ui(ui, made.then_some(&slot.estimator), TypeScale::Hall);
-    ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
-        ui.add_space(GRID);
-        ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
-            ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
-                Some(_) if lab.document.slots().len() > 1 => {}
-                Some(Content::Frame(frame)) => single_caption(lab, frame).column_ui(ui),
-                Some(Content::File(file)) => file_caption_ui(ui, lab, file),
-                None => waiting_ui(ui),
-            });
-        });
-        if let Some(progress) = lab.sheets.table.progress() {
-            ui.allocate_ui(vec2(ui.available_width(), ui.spacing().interact_size.y), |ui| {
-                ui.with_layout(Layout::left_to_right(Align::Center), |ui| status::table_ui(ui, &progress, out));
-            });
-        }
-        ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            display::layer_menu(ui, slot.layer, ui.available_width(), out);
-            compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
-            if lab.document.slots().len() > 1 {
-                ui.label("Equal");
-                compare::equal_ui(ui, &lab.document, out);
-            }
-            if !LayerLook::of(slot.layer).is_colour() {
-                active_legend_ui(ui, lab);
-            }
-        });
-    });
-}
-
 /// The caption of the picture that controls are about.
 fn single_caption(lab: &Lab, frame: &mislab_renderer::Frame) -> Caption {
     let error = lab.measuring.rel_mse(lab.document.active_index(), lab.live());
     Caption::new(frame, lab.live().is_behind()).with_error(error)
-}
-
-/// What the projector view has above a wide picture.
-fn hall_bar_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
-    let estimator = &lab.document.active().estimator;
-    let made = !lab.document.active().is_file();
-    ui.add_space(GRID);
-    ui.allocate_ui(vec2(ui.available_width(), 62.0), |ui| {
-        ui.horizontal_centered(|ui| {
-            ui.add_enabled_ui(made, |ui| strategy::row_ui(ui, estimator, out));
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
-            });
-        });
-    });
-    ui.horizontal(|ui| {
-        let default = lab.document.opened.settings.estimator.light_prob;
-        let width = 0.36 * ui.available_width();
-        ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, estimator, default, width, out));
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            compare::layout_menu(ui, &lab.document, lab.studies.open, 250.0, out);
-            layer_menu(ui, lab, 300.0, out);
-        });
-    });
-    if made {
-        formula::formula_line_ui(ui, estimator, 26.0);
-    } else {
-        ui.label(FROM_FILE);
-    }
 }
 
 fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
@@ -254,7 +174,7 @@ fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>)
                 let document = &lab.document;
                 let made = !document.active().is_file();
                 ui.add_enabled_ui(made, |ui| sampling::weights_ui(ui, &document.active().estimator, out));
-                sampling::samples_ui(ui, &document.sampling(), &document.opened.settings.sampling, out);
+                sampling::samples_ui(ui, document, out);
                 sampling::pace_ui(ui, &lab.pacing, out);
                 ui.add_space(GRID);
                 lab.pointed_at = scene::scene_ui(ui, document, &lab.swatches, lab.panes.hovered(), out);
@@ -382,7 +302,8 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
     drop_target(ui, place);
     let failed = lab.live().status().filter(|s| s.state == State::Failed);
     let failed = failed.map(|s| s.error.unwrap_or_else(|| "this scene cannot be rendered".into()));
-    messages::errors_ui(ui, place, &mut lab.messages, failed.as_deref(), out);
+    let running = lab.document.opened.path.as_deref();
+    messages::errors_ui(ui, place, &mut lab.messages, messages::Trouble { failed: failed.as_deref(), running }, out);
     if warnings_open(lab) && warnings::sheet_ui(ui.ctx(), place, &lab.document.opened.warnings) {
         lab.sheets.warnings_read = Some(lab.document.opened.clone());
     }
@@ -433,6 +354,8 @@ fn escape(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
         sheets.table.open = false;
     } else if messages.open_error.is_some() {
         messages.open_error = None;
+    } else if messages.save_error.is_some() {
+        messages.save_error = None;
     } else if messages.gpu_error.is_some() {
         messages.gpu_error = None;
     } else if open {
@@ -475,16 +398,4 @@ fn sheets(ctx: &egui::Context, lab: &mut Lab, picture: Rect, out: &mut Vec<Comma
     let corner = if lab.prefs.panels { picture } else { ctx.content_rect() };
     let corner = corner.with_max_y(picture.bottom() - 64.0);
     messages::notices_ui(ctx, &mut lab.messages, lab.files.work().as_deref(), corner, out);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn in_a_hall_a_square_picture_has_the_whole_height() {
-        assert_eq!(hall_column(vec2(1280.0, 720.0), 1.0), Some(560.0));
-        assert_eq!(hall_column(vec2(1280.0, 720.0), 2.4), None, "a wide one has the whole width");
-        assert_eq!(hall_column(vec2(960.0, 720.0), 1.0), Some(HALL_COLUMN), "larger than between two bars");
-    }
 }

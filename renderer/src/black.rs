@@ -19,75 +19,101 @@ const MANY: usize = 1024;
 /// A picture with more than this share of pixels that are not 0 needs no explanation.
 const LIT: f64 = 1.0 / 3.0;
 
+const NO_LIGHT: &str = "no light reaches this picture directly";
+
 /// One sentence that says why a picture is black, or why most of its surfaces are; `None` if it is neither.
 pub fn why_black(frame: &Frame) -> Option<String> {
     let lit = lit_pixels(frame);
     if lit as f64 > LIT * frame.bounds().area() as f64 {
         return None;
     }
-    const NO_LIGHT: &str = "no light reaches this picture directly";
     let request = frame.request();
     if let Some(reason) = unlit(&request.scene) {
         return Some(format!("{NO_LIGHT}: {reason}"));
     }
     let inspector = Inspector::new(frame.scene(), &request.settings);
-    let (mut hits, mut points) = (0, Vec::new());
-    let built = frame.scene();
-    let rays = if built.geometry.facets.len() + built.geometry.balls.len() > MANY { RAYS / 4 } else { RAYS };
+    let view = look_around(frame, &inspector);
+    if lit == 0 { why_all_black(frame, &view) } else { why_mostly_black(frame, &view) }
+}
+
+/// What camera rays meet.
+struct View<'a> {
+    /// Is there anything at all?
+    empty: bool,
+    /// Points of surfaces that reflect and give off nothing themselves.
+    points: Vec<Point<'a>>,
+}
+
+fn look_around<'a>(frame: &Frame, inspector: &'a Inspector<'_>) -> View<'a> {
+    let geometry = &frame.scene().geometry;
+    let rays = if geometry.facets.len() + geometry.balls.len() > MANY { RAYS / 4 } else { RAYS };
+    let mut view = View { empty: true, points: Vec::new() };
     for [x, y] in grid(frame.bounds(), rays) {
         match inspector.at_pixel(x, y) {
             Seen::Nothing => {}
-            Seen::Light(_) => hits += 1,
+            Seen::Light(_) => view.empty = false,
             Seen::Surface(point) => {
-                hits += 1;
+                view.empty = false;
                 // What gives off light itself is not dark.
-                points.extend((point.reflects() && point.emitted() == Vec3::ZERO).then_some(point));
+                view.points.extend((point.reflects() && point.emitted() == Vec3::ZERO).then_some(point));
             }
         }
     }
-    let is_black = lit == 0;
-    let strategy = request.settings.estimator.strategy;
-    if hits == 0 && is_black {
-        return Some(format!("{NO_LIGHT}: nothing of the scene is in view"));
+    view
+}
+
+const MIRRORS: &str = "only mirrors are in view, and light samples never hit a mirror's one direction";
+const TURNED: &str = "its lights face away, or something is in between";
+
+/// The reason where every pixel is 0.
+fn why_all_black(frame: &Frame, view: &View<'_>) -> Option<String> {
+    let strategy = frame.request().settings.estimator.strategy;
+    Some(if view.empty {
+        format!("{NO_LIGHT}: nothing of the scene is in view")
+    } else if view.points.is_empty() {
+        "this picture is black: everything in view is black".to_owned()
+    } else if strategy == Strategy::Light && view.points.iter().all(Point::is_mirror) {
+        format!("this picture is black: {MIRRORS}")
+    } else if lit_share(frame, &view.points) > 0.0 {
+        let (name, spp) = (strategy.name(), frame.spp());
+        format!("this picture is black: no sample of the strategy {name} has hit a light in {spp} spp")
+    } else {
+        format!("{NO_LIGHT}: {TURNED}")
+    })
+}
+
+/// The reason where some pixels are not 0.
+fn why_mostly_black(frame: &Frame, view: &View<'_>) -> Option<String> {
+    let strategy = frame.request().settings.estimator.strategy;
+    if view.points.is_empty() {
+        return None;
     }
-    if points.is_empty() {
-        return is_black.then(|| "this picture is black: everything in view is black".to_owned());
+    if strategy == Strategy::Light && view.points.iter().all(Point::is_mirror) {
+        return Some(format!("all surfaces in view are black: {MIRRORS}"));
     }
-    if strategy == Strategy::Light && points.iter().all(Point::is_mirror) {
-        let reason = "only mirrors are in view, and light samples never hit a mirror's one direction";
-        return Some(format!(
-            "{} black: {reason}",
-            if is_black { "this picture is" } else { "all surfaces in view are" }
-        ));
-    }
-    let count = built.lights.list.len();
-    let (queries, most) = if count > MANY { (QUERIES / 64, LIGHTS / 4) } else { (QUERIES, LIGHTS) };
-    let lights = built.lights.list.iter().step_by(count.div_ceil(most).max(1));
+    let share = lit_share(frame, &view.points);
+    let but = if share > 0.0 {
+        format!(" but for {} % of the surfaces in view", (100.0 * share).ceil())
+    } else {
+        " but from lights in view".into()
+    };
+    (share <= LIT).then(|| format!("{NO_LIGHT}{but}: {TURNED}"))
+}
+
+/// The share of points that see a light, of some points and some lights.
+fn lit_share(frame: &Frame, points: &[Point<'_>]) -> f64 {
+    let list = &frame.scene().lights.list;
+    let (queries, most) = if list.len() > MANY { (QUERIES / 64, LIGHTS / 4) } else { (QUERIES, LIGHTS) };
+    let lights = list.iter().step_by(list.len().div_ceil(most).max(1));
     let targets: Vec<Vec3> = lights.map(|light| middle(&light.shape)).collect();
     let sees_light = |point: &Point<'_>| {
-        let towards = |target: &Vec3| (*target - point.position()).normalize_or_zero();
         targets.iter().any(|target| {
-            let seen = point.direction(towards(target));
+            let seen = point.direction((*target - point.position()).normalize_or_zero());
             seen.visible && seen.wi.dot(point.normal()) > 0.0
         })
     };
     let some: Vec<&Point<'_>> = points.iter().step_by(points.len().div_ceil(queries / most)).collect();
-    let share = some.iter().filter(|point| sees_light(point)).count() as f64 / some.len() as f64;
-    let turned = "its lights face away, or something is in between";
-    if is_black && share > 0.0 {
-        let (name, spp) = (strategy.name(), frame.spp());
-        return Some(format!("this picture is black: no sample of the strategy {name} has hit a light in {spp} spp"));
-    }
-    if is_black {
-        return Some(format!("{NO_LIGHT}: {turned}"));
-    }
-    let percent = (100.0 * share).ceil();
-    let but = if share > 0.0 {
-        format!(" but for {percent} % of the surfaces in view")
-    } else {
-        " but from lights in view".into()
-    };
-    (share <= LIT).then(|| format!("{NO_LIGHT}{but}: {turned}"))
+    some.iter().filter(|point| sees_light(point)).count() as f64 / some.len() as f64
 }
 
 /// True if every pixel is 0.

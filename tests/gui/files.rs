@@ -314,12 +314,12 @@ fn a_scene_that_is_edited_is_read_again() {
 
     // An error: the picture stays, is marked, and the message has place and text.
     std::fs::write(&scene, light.replace("[\"light\"]", "[\"light\" 3 \"x\"")).expect("write");
-    lab.until("the error", |lab| lab.has("small.pbrt was not opened"));
+    lab.until("the error", |lab| lab.has("small.pbrt has an error"));
     assert!(lab.has(&format!("small.pbrt:{header}:")) && lab.has(&format!("{header} | ")), "place and text");
     assert_eq!(strategy(&lab), Strategy::Light);
     assert!(lab.has("the file as it was before the error"), "the picture is marked");
     lab.key(Modifiers::NONE, Key::F5);
-    assert!(lab.has("small.pbrt was not opened"), "by hand it is no better");
+    assert!(lab.has("small.pbrt has an error"), "by hand it is no better");
 
     // Another file put in its place, as editors do.
     let other = lab.file("small.pbrt~");
@@ -327,7 +327,7 @@ fn a_scene_that_is_edited_is_read_again() {
     std::fs::rename(&other, &scene).expect("rename");
     lab.until("the next strategy", |lab| strategy(lab) == Strategy::Bsdf);
     lab.harness.run_steps(2);
-    assert!(!lab.has("was not opened"), "the error goes with its cause");
+    assert!(!lab.has("small.pbrt has an error"), "the error goes with its cause");
     lab.key(Modifiers::COMMAND, Key::Z);
     assert_eq!(strategy(&lab), Strategy::Light, "and it can be undone");
     lab.key(Modifiers::NONE, Key::F5);

@@ -9,6 +9,7 @@ mod lab;
 mod picture;
 mod place;
 mod several;
+mod sizes;
 mod studies;
 mod table;
 mod words;

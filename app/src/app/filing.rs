@@ -22,6 +22,8 @@ use crate::state::paths::{short_name, shortened};
 use crate::state::view::StoredView;
 
 const NO_DIALOG: &str = "This desktop offers no file dialog: type a path, or drop a file on the window.";
+/// True until there is a picture.
+const NOT_YET: &str = "Not saved: the first picture with these settings is not complete yet";
 
 impl MisLabApp {
     /// Goes on with another scene, or with the same one after its file has changed.
@@ -88,18 +90,16 @@ impl MisLabApp {
     pub(super) fn save(&mut self, ctx: &Context, create: bool) {
         let frame = self.lab.live().current_frame();
         let Some(frame) = frame else {
-            if self.lab.document.active().is_file() {
-                self.lab.messages.complain("Not saved: this picture is from a file");
-                return;
-            }
-            self.lab.messages.complain("Not saved: the first picture with these settings is not complete yet");
+            let why =
+                if self.lab.document.active().is_file() { "Not saved: this picture is from a file" } else { NOT_YET };
+            self.lab.messages.complain(why);
             return;
         };
         let place = self.place(frame.spp());
         let Lab { document, prefs, files, messages, .. } = &mut self.lab;
         messages.forget_saved();
         if let Err(why) = file_name::check(&place.0) {
-            messages.save_error = Some(SaveError { place, message: why, no_folder: false });
+            messages.save_error = Some(SaveError::new(place, why, false));
             return;
         }
         messages.save_error = None;
@@ -165,7 +165,7 @@ impl MisLabApp {
                 messages.save_error = None;
             }
             FileEvent::NotSaved(NotSaved { name, folder, no_folder, message }) => {
-                messages.save_error = Some(SaveError { place: (name, folder), message, no_folder });
+                messages.save_error = Some(SaveError::new((name, folder), message, no_folder));
                 // The reason is on screen, and so is the picture.
                 self.closing = false;
             }
@@ -205,6 +205,9 @@ impl MisLabApp {
 
     /// Watches the file of the document, wherever that came from (undo goes back to another), or one that could not be opened.
     pub(super) fn look_after_files(&mut self) {
+        if self.lab.live().current_frame().is_some() {
+            self.lab.messages.retract(NOT_YET);
+        }
         let Lab { document, files, messages, destination, .. } = &mut self.lab;
         let failed = messages.open_error.as_ref().map(|error| error.path.as_path());
         let wanted = failed.or(document.opened.path.as_deref());
@@ -215,14 +218,15 @@ impl MisLabApp {
             }
         }
         // With another name or folder, or once the folder is there, it is no longer true that it cannot be saved.
-        if let Some(SaveError { place: (name, folder), no_folder, .. }) = &messages.save_error {
+        if let Some(error) = &messages.save_error {
+            let (name, folder) = &error.place;
             let moved = *folder != destination.folder(document);
             let renamed = match &destination.name {
                 Some(_) => *name != destination.name(document, 0),
                 // The default can always be used.
                 None => file_name::check(name).is_err(),
             };
-            if moved || renamed || (*no_folder && folder.exists()) {
+            if moved || renamed || error.may_be_over() {
                 messages.save_error = None;
             }
         }

@@ -176,12 +176,12 @@ fn caption_height(ui: &Ui) -> f32 {
 /// What made a picture, in one line; a click makes it the active one.
 fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, out: &mut Vec<Command>) {
     let live = &lab.engine.pictures()[slot];
+    let error = || lab.measuring.rel_mse(slot, live);
     let caption = live.content().map(|content| match content {
-        Content::Frame(frame) if live.kept().is_some() => Words::Frame(Caption::of_kept(&frame)),
-        Content::Frame(frame) => Words::Frame(Caption::new(&frame, live.is_behind())),
+        Content::Frame(frame) if live.kept().is_some() => Words::Frame(Caption::of_kept(&frame).with_error(error())),
+        Content::Frame(frame) => Words::Frame(Caption::new(&frame, live.is_behind()).with_error(error())),
         Content::File(file) => Words::File(FileCaption::new(&file, lab.document.image.resolution)),
     });
-    let caption = caption.map(|caption| caption.with_error(lab.measuring.rel_mse(slot, live)));
     let active = slot == lab.document.active_index();
     let response = ui.interact(place, ui.scope_id().with(("caption", slot)), Sense::click());
     let spoken = match &caption {

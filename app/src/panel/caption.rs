@@ -35,6 +35,7 @@ pub struct Caption {
 /// The widest that stands in each place.
 const HOW: &str = "maximum, c 0.88";
 const SPP: &str = "88888 spp";
+const RAYS: &str = "88888 rays";
 const PATHS: &str = "88.8 M paths";
 const TIME: &str = "88:88 min";
 const ERROR: &str = "error 0.00088";
@@ -92,8 +93,15 @@ impl Caption {
             ui.spacing_mut().item_spacing.x = 3.0 * GRID;
             self.name_ui(ui, &font);
             let error = (&self.error, if self.error.is_empty() { "" } else { ERROR });
-            let numbers = [(&self.how, HOW), (&self.spp, SPP), error, (&self.paths, PATHS), (&self.time, TIME)];
-            let hints = [HINTS[0], HINTS[1], HINTS[4], HINTS[2], HINTS[3]];
+            let numbers = [
+                (&self.how, HOW),
+                (&self.spp, SPP),
+                (&self.rays, RAYS),
+                error,
+                (&self.paths, PATHS),
+                (&self.time, TIME),
+            ];
+            let hints = [HINTS[0], HINTS[1], HINTS[2], HINTS[5], HINTS[3], HINTS[4]];
             for ((text, template), hint) in
                 numbers.into_iter().zip(hints).filter(|((_, template), _)| !template.is_empty())
             {
@@ -125,15 +133,11 @@ impl Caption {
             if this == equal && !self.kept { format!("= {text}") } else { text.to_owned() }
         };
         let spp = (alike(Lockstep::Spp, &self.spp), "= 888 spp", "Samples per pixel.");
-        let rays = (
-            alike(Lockstep::Rays, &self.rays),
-            "= 888 rays",
-            "Second rays per pixel: \u{201c}MIS, both\u{201d} traces two a sample.",
-        );
+        let rays = (alike(Lockstep::Rays, &self.rays), "= 888 rays", HINTS[2]);
         let time =
             (alike(Lockstep::CpuSeconds, &self.cpu), "= 88.8 s", "Seconds of processor time, all threads together.");
         let how = (self.how.clone(), HOW, HINTS[0]);
-        let error = (self.error.clone(), ERROR, HINTS[4]);
+        let error = (self.error.clone(), ERROR, HINTS[5]);
         let numbers = match equal {
             Lockstep::Spp => [spp, error, rays, time, how],
             Lockstep::Rays => [rays, error, spp, time, how],
@@ -229,9 +233,10 @@ impl Caption {
     }
 }
 
-const HINTS: [&str; 5] = [
+const HINTS: [&str; 6] = [
     "How weights follow from the densities, and the probability c of a light sample.",
     "Samples per pixel. The tutorial: xsamples times ysamples.",
+    "Second rays per pixel: \u{201c}MIS, both\u{201d} traces two a sample.",
     "Camera rays of the whole picture; a path here has two segments.",
     "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
     "relMSE against the reference: the mean of (x - r)\u{b2} / (r\u{b2} + 0.01).",

@@ -6,6 +6,7 @@ use mislab_renderer::{Layer, Strategy, Technique};
 use crate::look::layer::{Colouring, LayerLook};
 use crate::look::theme::{GRID, Inks, strategy_fill};
 use crate::panel::explain;
+use crate::panel::exposure::exposure_ui;
 use crate::panel::hint::{self, Hint as _};
 use crate::panel::math::text;
 use crate::panel::widgets::{ParamSlider, Scale, focus_ring, segmented, title, wide_button};
@@ -106,30 +107,9 @@ fn colour_ui(ui: &mut Ui, key: Key<'_>, default: &ViewState, histogram: &Histogr
     let view = key.view;
     title(ui, "Display");
     histogram_ui(ui, key, histogram);
-    let exposure = ParamSlider {
-        name: "Exposure",
-        label_width: 72.0,
-        value: f64::from(view.exposure_ev),
-        default: f64::from(default.exposure_ev),
-        range: -10.0..=10.0,
-        scale: Scale::Linear(1),
-        template: "-10.0",
-        unit: " EV",
-        accent: None,
-        zero_text: "",
-        explain: &|ui| {
-            text("x = 2^EV L + offset").show(ui, 18.0);
-            hint::lines(
-                ui,
-                "Exposure in stops: the picture times 2^EV. The radiances stay what they are. (E, Shift+E)",
-                &[],
-            );
-        },
-    }
-    .show(ui);
-    if let Some(ev) = exposure.changed {
-        out.push(Edit::SetExposure(ev as f32).into());
-    }
+    let remark = "The radiances stay what they are. (E, Shift+E)";
+    let exposure = exposure_ui(ui, ("Exposure", 72.0), view, default.exposure_ev, remark);
+    out.extend(exposure.map(|ev| Edit::SetExposure(ev).into()));
     let offset = ParamSlider {
         name: "Offset",
         label_width: 72.0,

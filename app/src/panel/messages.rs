@@ -1,5 +1,6 @@
 //! What went wrong and what the reader did not understand, in words, until the cause is gone.
 
+use std::fs::Permissions;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -30,6 +31,25 @@ pub struct SaveError {
     pub message: String,
     /// The folder is missing, which can be helped.
     pub no_folder: bool,
+    /// What the folder was like: `None` if it was not to be seen.
+    access: Option<Permissions>,
+}
+
+impl SaveError {
+    /// That `place` could not be written to just now.
+    pub fn new(place: (String, PathBuf), message: String, no_folder: bool) -> Self {
+        let access = access(&place.1);
+        Self { place, message, no_folder, access }
+    }
+
+    /// The folder has come or goes by other permissions than at that time, so that it may work by now.
+    pub fn may_be_over(&self) -> bool {
+        self.access != access(&self.place.1)
+    }
+}
+
+fn access(folder: &Path) -> Option<Permissions> {
+    std::fs::metadata(folder).ok().map(|about| about.permissions())
 }
 
 /// Everything that is to be said.
@@ -66,6 +86,11 @@ impl Messages {
         self.remark(Notice { wrong: true, ..Notice::new(text, Duration::from_secs(12)) });
     }
 
+    /// Takes back a remark that is no longer true.
+    pub fn retract(&mut self, text: &str) {
+        self.notices.retain(|old| old.text != text);
+    }
+
     /// Adds a remark; one that is there already stays longer instead of coming twice.
     fn remark(&mut self, notice: Notice) {
         self.notices.retain(|old| old.text != notice.text);
@@ -73,46 +98,81 @@ impl Messages {
     }
 }
 
-/// Over the picture at `rect`: what could not be opened, saved, drawn or (`failed`) rendered.
-pub fn errors_ui(ui: &Ui, rect: Rect, messages: &mut Messages, failed: Option<&str>, out: &mut Vec<Command>) {
-    let Messages { open_error, save_error, gpu_error, notices: _ } = messages;
-    if open_error.is_none() && save_error.is_none() && failed.is_none() && gpu_error.is_none() {
+/// What else the messages are about.
+#[derive(Clone, Copy, Debug)]
+pub struct Trouble<'a> {
+    /// Why the picture could not be rendered.
+    pub failed: Option<&'a str>,
+    /// The file that the picture is of.
+    pub running: Option<&'a Path>,
+}
+
+/// Over the picture at `rect`: what could not be rendered, opened, saved or drawn. All in one strip: the first in full, the
+/// others in a line each until it is their turn.
+pub fn errors_ui(ui: &Ui, rect: Rect, messages: &mut Messages, trouble: Trouble<'_>, out: &mut Vec<Command>) {
+    let entries = entries(messages, trouble);
+    if entries.is_empty() {
         return;
     }
     let width = (rect.width() - 6.0 * GRID).min(760.0);
     let at = rect.center_top() + vec2(-0.5 * width, 3.0 * GRID);
-    Area::new(Id::unique("errors")).order(Order::Middle).fixed_pos(at).show(ui.ctx(), |ui| {
+    let shown = Area::new(Id::unique("errors")).order(Order::Middle).fixed_pos(at).show(ui.ctx(), |ui| {
         ui.set_width(width);
-        if let Some(message) = failed {
-            let remark = "Undo (Ctrl+Z) brings the last picture back.";
-            Strip { headline: "This cannot be rendered", message, line: None, remark, remedy: None }.ui(ui);
+        let stroke = Stroke::new(1.5, Inks::of(ui.visuals()).wrong);
+        let frame = egui::Frame::new().fill(ui.visuals().window_fill).stroke(stroke);
+        let frame = frame.corner_radius(CornerRadius::same(6)).inner_margin(3.0 * GRID);
+        frame.show(ui, |ui| {
+            let answers: Vec<(Cause, Answer)> =
+                entries.iter().enumerate().map(|(i, entry)| (entry.cause, entry.ui(ui, i == 0))).collect();
+            answers
+        })
+    });
+    for (cause, answer) in shown.inner.inner {
+        match (answer, cause) {
+            (Answer::Nothing, _) | (Answer::Close, Cause::Rendering) => {}
+            (Answer::Help, _) => out.push(Command::SaveCreatingFolder),
+            (Answer::Close, Cause::Opening) => out.push(Command::DismissOpenError),
+            (Answer::Close, Cause::Saving) => messages.save_error = None,
+            (Answer::Close, Cause::Drawing) => messages.gpu_error = None,
         }
-        if let Some(OpenError { path, why: Unreadable { message, line } }) = open_error {
-            let headline = format!("{} was not opened", shortened(&short_name(path), 28));
+    }
+}
+
+/// What is to be said, the most pressing first.
+fn entries(messages: &Messages, trouble: Trouble<'_>) -> Vec<Entry> {
+    let Messages { open_error, save_error, gpu_error, notices: _ } = messages;
+    let failed = trouble.failed.map(|message| Entry {
+        headline: "This cannot be rendered".into(),
+        message: message.into(),
+        remark: "Undo (Ctrl+Z) brings the last picture back.",
+        ..Entry::new(Cause::Rendering)
+    });
+    let opening = open_error.as_ref().map(|OpenError { path, why: Unreadable { message, line } }| {
+        let name = shortened(&short_name(path), 28);
+        let (headline, remark) = if trouble.running == Some(path.as_path()) {
+            let remark =
+                "The picture is of the version before. Once the file is saved without the error, it is read again.";
+            (format!("{name} has an error"), remark)
+        } else {
             let remark =
                 "The picture on screen stays. This file is looked after: once it is saved without the error, it opens.";
-            let strip = Strip { headline: &headline, message, line: line.as_deref(), remark, remedy: None };
-            if strip.ui(ui) == Answer::Close {
-                out.push(Command::DismissOpenError);
-            }
-        }
-        if let Some(SaveError { place: (name, _), message, no_folder }) = save_error {
-            let headline = format!("{} was not saved", shortened(name, 28));
-            let remedy = no_folder.then_some("Create the folder and save");
-            match (Strip { headline: &headline, message, line: None, remark: "", remedy }).ui(ui) {
-                Answer::Close => *save_error = None,
-                Answer::Help => out.push(Command::SaveCreatingFolder),
-                Answer::Nothing => {}
-            }
-        }
-        if let Some(message) = gpu_error {
-            let headline = "Drawing without the graphics device";
-            let remark = "The picture is drawn by the processor from here on. Restarting the program tries again.";
-            if (Strip { headline, message, line: None, remark, remedy: None }).ui(ui) == Answer::Close {
-                *gpu_error = None;
-            }
-        }
+            (format!("{name} was not opened"), remark)
+        };
+        Entry { headline, message: message.clone(), line: line.clone(), remark, ..Entry::new(Cause::Opening) }
     });
+    let saving = save_error.as_ref().map(|SaveError { place: (name, _), message, no_folder, access: _ }| Entry {
+        headline: format!("{} was not saved", shortened(name, 28)),
+        message: message.clone(),
+        remedy: no_folder.then_some("Create the folder and save"),
+        ..Entry::new(Cause::Saving)
+    });
+    let drawing = gpu_error.as_ref().map(|message| Entry {
+        headline: "Drawing without the graphics device".into(),
+        message: message.clone(),
+        remark: "The picture is drawn by the processor from here on. Restarting the program tries again.",
+        ..Entry::new(Cause::Drawing)
+    });
+    [failed, opening, saving, drawing].into_iter().flatten().collect()
 }
 
 /// The reader's warnings about the scene, each with its place.
@@ -208,18 +268,28 @@ impl Notice {
     }
 }
 
-/// A strip over the picture with an error in it.
-struct Strip<'a> {
-    headline: &'a str,
-    message: &'a str,
-    /// The line of a file that it is about.
-    line: Option<&'a str>,
-    remark: &'a str,
-    /// What a button offers to do about it.
-    remedy: Option<&'a str>,
+/// What went wrong.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Cause {
+    Rendering,
+    Opening,
+    Saving,
+    Drawing,
 }
 
-/// What the user says to a strip.
+/// One thing that went wrong, in the strip over the picture.
+struct Entry {
+    cause: Cause,
+    headline: String,
+    message: String,
+    /// The line of a file that it is about.
+    line: Option<String>,
+    remark: &'static str,
+    /// What a button offers to do about it.
+    remedy: Option<&'static str>,
+}
+
+/// What the user says to it.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Answer {
     Nothing,
@@ -227,44 +297,51 @@ enum Answer {
     Help,
 }
 
-impl Strip<'_> {
-    fn ui(self, ui: &mut Ui) -> Answer {
-        let Self { headline, message, line, remark, remedy } = self;
-        let wrong = Inks::of(ui.visuals()).wrong;
+impl Entry {
+    fn new(cause: Cause) -> Self {
+        Self { cause, headline: String::new(), message: String::new(), line: None, remark: "", remedy: None }
+    }
+
+    /// With all that is to be said, or only what it is about.
+    fn ui(&self, ui: &mut Ui, full: bool) -> Answer {
+        let mut answer = self.headline_ui(ui);
+        if !full {
+            return answer;
+        }
+        let height = 6.0 * ui.text_style_height(&egui::TextStyle::Body);
+        ScrollArea::vertical().id_salt(&self.headline).max_height(height).show(ui, |ui| {
+            ui.add(egui::Label::new(&self.message).selectable(true).wrap());
+            if let Some(line) = &self.line {
+                ui.add(egui::Label::new(RichText::new(line).monospace()).selectable(true).wrap());
+            }
+        });
+        if let Some(remedy) = self.remedy
+            && ui.button(remedy).clicked()
+        {
+            answer = Answer::Help;
+        }
+        if !self.remark.is_empty() {
+            caption(ui, self.remark);
+        }
+        answer
+    }
+
+    fn headline_ui(&self, ui: &mut Ui) -> Answer {
         let mut answer = Answer::Nothing;
-        egui::Frame::new()
-            .fill(ui.visuals().window_fill)
-            .stroke(Stroke::new(1.5, wrong))
-            .corner_radius(CornerRadius::same(6))
-            .inner_margin(3.0 * GRID)
-            .show(ui, |ui| {
-                ui.horizontal(|ui| {
-                    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                        if ui.button("Close").accessible_name("Close message").clicked() {
-                            answer = Answer::Close;
-                        }
-                        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-                            let headline = RichText::new(headline).family(crate::look::theme::medium()).color(wrong);
-                            ui.add(egui::Label::new(headline).truncate());
-                        });
-                    });
-                });
-                let height = 6.0 * ui.text_style_height(&egui::TextStyle::Body);
-                ScrollArea::vertical().id_salt(headline).max_height(height).show(ui, |ui| {
-                    ui.add(egui::Label::new(message).selectable(true).wrap());
-                    if let Some(line) = line {
-                        ui.add(egui::Label::new(RichText::new(line).monospace()).selectable(true).wrap());
-                    }
-                });
-                if let Some(remedy) = remedy
-                    && ui.button(remedy).clicked()
+        ui.horizontal(|ui| {
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                // What cannot be rendered goes with its cause alone.
+                if self.cause != Cause::Rendering
+                    && ui.button("Close").accessible_name(format!("Close message: {}", self.headline)).clicked()
                 {
-                    answer = Answer::Help;
+                    answer = Answer::Close;
                 }
-                if !remark.is_empty() {
-                    caption(ui, remark);
-                }
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    let headline = RichText::new(&self.headline).family(crate::look::theme::medium());
+                    ui.add(egui::Label::new(headline.color(Inks::of(ui.visuals()).wrong)).truncate());
+                });
             });
+        });
         answer
     }
 }

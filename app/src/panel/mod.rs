@@ -4,6 +4,7 @@ pub mod caption;
 pub mod compare;
 pub mod display;
 pub mod explain;
+pub mod exposure;
 pub mod file_caption;
 pub mod formula;
 pub mod help;

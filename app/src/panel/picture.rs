@@ -8,8 +8,9 @@ use mislab_renderer::snapshot::{self, ChannelInfo, Image, Part, shown};
 
 use crate::files::opening::PictureFile;
 use crate::look::theme::{GRID, Inks};
-use crate::panel::hint::{Hint as _, lines};
-use crate::panel::widgets::{ParamSlider, Scale, caption, title, wide_button};
+use crate::panel::exposure::exposure_ui;
+use crate::panel::hint::Hint as _;
+use crate::panel::widgets::{caption, title, wide_button};
 use crate::picture::foreign::{Foreign, colours, place};
 use crate::picture::normalise::normalise;
 use crate::picture::planes::Planes;
@@ -143,27 +144,9 @@ fn picture(ui: &mut Ui, sheet: &mut PictureSheet) {
 fn column(ui: &mut Ui, sheet: &mut PictureSheet) {
     if let Some(planes) = sheet.planes() {
         pixel_ui(ui, sheet);
-        let exposure = ParamSlider {
-            name: "File exposure",
-            label_width: 100.0,
-            value: f64::from(sheet.view.exposure_ev),
-            default: 0.0,
-            range: -10.0..=10.0,
-            scale: Scale::Linear(1),
-            template: "-10.0",
-            unit: " EV",
-            accent: None,
-            zero_text: "",
-            explain: &|ui| {
-                lines(
-                    ui,
-                    "Exposure in stops: the picture times 2^EV. The numbers of the file stay what they are.",
-                    &[],
-                );
-            },
-        };
-        if let Some(ev) = exposure.show(ui).changed {
-            sheet.view.exposure_ev = ev as f32;
+        let remark = "The numbers of the file stay what they are.";
+        if let Some(ev) = exposure_ui(ui, ("File exposure", 100.0), &sheet.view, 0.0, remark) {
+            sheet.view.exposure_ev = ev;
         }
         ui.horizontal(|ui| {
             let width = (ui.available_width() - GRID) / 2.0;

@@ -12,6 +12,7 @@ use crate::panel::hint::{self, Hint as _};
 use crate::panel::number::{self, Kind};
 use crate::panel::widgets::{labelled, segmented, title, wide_button};
 use crate::state::command::Command;
+use crate::state::document::{Counted, Document};
 use crate::state::edit::{Edit, SppTarget};
 use crate::state::pacing::Pacing;
 
@@ -32,7 +33,8 @@ pub fn weights_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
 }
 
 /// Pattern, number and seed of the samples.
-pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &mut Vec<Command>) {
+pub fn samples_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
+    let (sampling, defaults) = (&document.sampling(), &document.opened.settings.sampling);
     title(ui, "Samples");
     let samplers = SamplerKind::ALL.map(|s| (s, sampler_name(s)));
     let picked = segmented(ui, "Sampler", sampling.sampler.kind, &samplers, true, &sampler_hint);
@@ -51,6 +53,7 @@ pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &m
     if reset {
         out.push(Edit::SetSpp(defaults.spp.map_or(SppTarget::Endless, SppTarget::Passes)).into());
     }
+    counted_ui(ui, document, out);
     let reset = labelled(ui, "seed", LABEL, |ui| {
         let mut seed = sampling.seed;
         let width = 2.0 * LABEL;
@@ -74,6 +77,28 @@ pub fn samples_ui(ui: &mut Ui, sampling: &Sampling, defaults: &Sampling, out: &m
     if reset {
         out.push(Edit::SetSeed(defaults.seed).into());
     }
+}
+
+/// Whether the number of samples counts samples or rays; several pictures say what is equal in them instead.
+fn counted_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
+    let alone = document.slots().len() == 1;
+    let reset = labelled(ui, "counts", LABEL, |ui| {
+        let choices = [(Counted::Samples, "samples"), (Counted::Rays, "rays")];
+        let picked = segmented(ui, "Per pixel", document.counted, &choices, alone, &counted_hint);
+        out.extend(picked.map(|counted| Edit::SetCounted(counted).into()));
+    });
+    if reset && alone {
+        out.push(Edit::SetCounted(Counted::Samples).into());
+    }
+}
+
+fn counted_hint(ui: &mut Ui, counted: Counted) {
+    ui.label(match counted {
+        Counted::Samples => "The picture stops after so many samples, as in the tutorial, whatever they cost.",
+        Counted::Rays => {
+            "The picture stops after so many second rays: \u{201c}MIS, both\u{201d} traces two a sample and has half the samples."
+        }
+    });
 }
 
 /// Pause, single passes, speed.

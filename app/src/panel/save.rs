@@ -1,10 +1,10 @@
 //! Snapshots: where they go and what they are called.
 
-use eframe::egui::{Response, RichText, TextEdit, Ui};
+use eframe::egui::{Align, Layout, Response, RichText, TextEdit, TextStyle, Ui, vec2};
 
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
-use crate::panel::widgets::{labelled, title, wide_button};
+use crate::panel::widgets::{caption, labelled, title, wide_button};
 use crate::state::command::Command;
 use crate::state::destination::Destination;
 use crate::state::document::Document;
@@ -24,15 +24,17 @@ pub fn save_ui(
     labelled(ui, "Name", label, |ui| {
         let default = Destination::default_name(document, spp);
         let edit = defaulted(ui, &mut destination.name, default, ui.available_width(), "Snapshot name");
-        edit.hint(
-            "Scene, strategy and samples per pixel, unless you type something else. A number is added where a file is \
-             already there.",
-        );
+        edit.hint("Scene, strategy and samples per pixel, unless you type something else.");
     });
-    if let Err(why) = file_name::check(&destination.name(document, spp)) {
-        let wrong = Inks::of(ui.visuals()).wrong;
-        ui.label(RichText::new(why).small().color(wrong));
-    }
+    // Its room is there with and without: what is below never moves.
+    let room = vec2(ui.available_width(), 2.0 * ui.text_style_height(&TextStyle::Small));
+    ui.allocate_ui_with_layout(room, Layout::top_down(Align::Min), |ui| {
+        ui.set_min_size(room);
+        match file_name::check(&destination.name(document, spp)) {
+            Err(why) => ui.label(RichText::new(why).small().color(Inks::of(ui.visuals()).wrong)),
+            Ok(()) => caption(ui, "A number is added where a file is already there."),
+        }
+    });
     labelled(ui, "Folder", label, |ui| {
         ui.spacing_mut().item_spacing.x = GRID;
         let button = 40.0;

@@ -15,13 +15,22 @@ use crate::state::edit::Edit;
 pub fn row_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
     for (index, strategy) in Strategy::ALL.into_iter().enumerate() {
         let body = TextStyle::Body.resolve(ui.style()).size;
-        let font = name_font(ui);
-        let width = ui.painter().layout_no_wrap(strategy_name(strategy).into(), font, egui::Color32::WHITE).size().x;
-        let size = vec2(width + 3.4 * body, ui.available_height().min(2.6 * body));
+        let size = vec2(button_width(ui, strategy), ui.available_height().min(2.6 * body));
         if button(ui, size, index + 1, strategy, estimator) {
             out.push(Edit::SetStrategy(strategy).into());
         }
     }
+}
+
+/// How wide that row is.
+pub fn row_width(ui: &Ui) -> f32 {
+    let buttons: f32 = Strategy::ALL.into_iter().map(|strategy| button_width(ui, strategy)).sum();
+    buttons + ui.spacing().item_spacing.x * (Strategy::ALL.len() - 1) as f32
+}
+
+fn button_width(ui: &Ui, strategy: Strategy) -> f32 {
+    let name = ui.painter().layout_no_wrap(strategy_name(strategy).into(), name_font(ui), egui::Color32::WHITE);
+    name.size().x + 3.4 * TextStyle::Body.resolve(ui.style()).size
 }
 
 /// The same in two rows over the width of a column.

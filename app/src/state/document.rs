@@ -47,6 +47,15 @@ impl Opened {
     }
 }
 
+/// What the number of samples per pixel counts in a picture that stands alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counted {
+    /// Camera rays, as in the tutorial: `mis_all` pays for two further rays each.
+    Samples,
+    /// Second rays: `mis_all` stops after half the samples.
+    Rays,
+}
+
 /// One picture of the document: what it has to itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slot {
@@ -85,6 +94,8 @@ pub struct Document {
     pub scene: Arc<Scene>,
     /// Samples per pixel to stop at; `None` goes on until stopped. See [`Self::settings`] for several pictures.
     pub spp: Option<NonZeroU32>,
+    /// What that number counts; several pictures have [`Self::equal`] for it.
+    pub counted: Counted,
     /// Seed of every random number.
     pub seed: u32,
     /// Image size and crop.
@@ -110,6 +121,7 @@ impl Document {
         Self {
             scene: opened.scene.clone(),
             spp: sampling.spp,
+            counted: Counted::Samples,
             seed: sampling.seed,
             image,
             view: opened.view.clone(),
@@ -125,7 +137,8 @@ impl Document {
 
     /// The same document after its file has changed: what the file says, looked at as before.
     pub fn reloaded(&self, opened: Opened) -> Self {
-        let mut document = Self { view: self.view.clone(), equal: self.equal, ..Self::new(opened) };
+        let mut document =
+            Self { view: self.view.clone(), equal: self.equal, counted: self.counted, ..Self::new(opened) };
         document.active_mut().layer = self.active().layer;
         if self.arrangement != Arrangement::One {
             let own = *document.active();
@@ -270,13 +283,13 @@ impl Document {
         Sampling { sampler: self.active().sampler, spp: self.spp, seed: self.seed }
     }
 
-    /// Everything but the scene that decides the bits of a picture. At equal rays several pictures end with as many
-    /// rays as one ray a sample gives: `mis_all` after half the samples.
+    /// Everything but the scene that decides the bits of a picture. At equal rays, and where rays are counted, a picture
+    /// ends with as many rays as one ray a sample gives: `mis_all` after half the samples.
     pub fn settings(&self, slot: &Slot) -> Settings {
+        let several = self.slots.len() > 1;
+        let of_rays = if several { self.equal == Lockstep::Rays } else { self.counted == Counted::Rays };
         match self.spp {
-            Some(rays) if self.slots.len() > 1 && self.equal == Lockstep::Rays => {
-                self.settings_at_equal_rays(slot, rays)
-            }
+            Some(rays) if of_rays => self.settings_at_equal_rays(slot, rays),
             spp => self.settings_with(slot, spp),
         }
     }

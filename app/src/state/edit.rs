@@ -6,7 +6,7 @@ use std::sync::Arc;
 use mislab_renderer::{Estimator, Heuristic, Layer, Lockstep, OneSampleWeights, SamplerKind, Strategy};
 
 use super::arrangement::Arrangement;
-use super::document::{Document, fit_strata};
+use super::document::{Counted, Document, fit_strata};
 use super::history::EditKey;
 use super::view::{ToneMap, VarianceUnit, ViewState};
 
@@ -54,6 +54,8 @@ pub enum Edit {
     SetJitter(bool),
     /// Where to stop.
     SetSpp(SppTarget),
+    /// What that number counts in a picture that stands alone.
+    SetCounted(Counted),
     /// Seed of every random number.
     SetSeed(u32),
     /// GGX width of a material by index.
@@ -109,6 +111,7 @@ impl Edit {
             Self::SetSampler(_) => EditKey("sampler", 0),
             Self::SetJitter(_) => EditKey("jitter", 0),
             Self::SetSpp(_) => EditKey("samples per pixel", 0),
+            Self::SetCounted(_) => EditKey("samples or rays", 0),
             Self::SetSeed(_) => EditKey("seed", 0),
             Self::SetAlpha(material, _) => EditKey("roughness", material),
             Self::SetLightRadius(shape, _) => EditKey("radius", shape),
@@ -135,6 +138,7 @@ impl Edit {
     pub fn is_about_making(&self) -> bool {
         match self {
             Self::SetStrategy(_)
+            | Self::SetEstimator(_)
             | Self::SetLightProb(_)
             | Self::NudgeLightProb(_)
             | Self::SetHeuristic(_)
@@ -159,6 +163,8 @@ impl Edit {
             | Self::SetToneMap(_)
             | Self::SetMarkClipped(_)
             | Self::SetVarianceRange(_)
+            | Self::SetVarianceUnit(_)
+            | Self::SetCounted(_)
             | Self::ResetView => false,
         }
     }
@@ -208,6 +214,7 @@ impl Edit {
                     SppTarget::Endless => None,
                 });
             }
+            Self::SetCounted(counted) => document.counted = counted,
             Self::SetSeed(seed) => document.seed = seed,
             Self::SetAlpha(material, alpha) => {
                 let scene = Arc::make_mut(&mut document.scene);

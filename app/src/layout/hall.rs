@@ -1,0 +1,135 @@
+//! The projector view: the picture as large as it gets, beside one column or between two bars.
+
+use eframe::egui::{Align, CentralPanel, Layout, Panel, Rect, Ui, Vec2, vec2};
+
+use super::{
+    FROM_FILE, active_legend_ui, bar_frame, caption_strip, column_frame, file_caption_ui, layer_menu, pictures,
+    single_caption,
+};
+use crate::lab::Lab;
+use crate::look::layer::LayerLook;
+use crate::look::theme::{GRID, TypeScale};
+use crate::panel::caption::waiting_ui;
+use crate::panel::{compare, display, formula, menu, status, strategy};
+use crate::picture::content::Content;
+use crate::state::command::Command;
+
+/// The projector view, in whichever of the two ways makes the picture larger. Returns where the pictures are.
+pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
+    let size = ui.available_size();
+    let [columns, rows] = lab.document.arrangement().grid().map(|n| n as f32);
+    let aspect = columns / rows * lab.document.view.placement.aspect(lab.document.image.resolution);
+    match hall_column(size, aspect) {
+        Some(width) => {
+            let panel = Panel::left("hall column").resizable(false).exact_size(width).show_separator_line(false);
+            panel.frame(column_frame(ui)).show(ui, |ui| hall_column_ui(ui, lab, out));
+            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
+        }
+        None => {
+            let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame(ui)).show_separator_line(false);
+            bar.show(ui, |ui| hall_bar_ui(ui, lab, out));
+            caption_strip(ui, lab, HALL_CAPTION, out);
+            CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
+        }
+    }
+}
+
+/// Heights in points of what stands over and under a wide picture in a hall.
+const HALL_BAR: f32 = 186.0;
+const HALL_CAPTION: f32 = 92.0;
+/// The narrowest column that holds the strategies.
+const HALL_COLUMN: f32 = 440.0;
+
+/// Width of the column beside a picture of that shape in the projector view; `None` if the picture becomes larger with
+/// bars above and below.
+fn hall_column(size: Vec2, aspect: f32) -> Option<f32> {
+    let column = (size.x - size.y * aspect).max(HALL_COLUMN);
+    let beside = ((size.x - column) / aspect).min(size.y);
+    let between = (size.x / aspect).min(size.y - HALL_BAR - HALL_CAPTION);
+    (beside >= between).then_some(column)
+}
+
+/// What the projector view has beside the picture.
+fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
+    let slot = *lab.document.active();
+    let content = lab.live().content();
+    let made = !slot.is_file();
+    ui.add_enabled_ui(made, |ui| strategy::square_ui(ui, &slot.estimator, out));
+    let default = lab.document.opened.settings.estimator.light_prob;
+    ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
+            let width = ui.available_width();
+            ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, &slot.estimator, default, width, out));
+        });
+    });
+    formula::formula_ui(ui, made.then_some(&slot.estimator), TypeScale::Hall);
+    ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
+        ui.add_space(GRID);
+        ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
+            ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
+                Some(_) if lab.document.slots().len() > 1 => {}
+                Some(Content::Frame(frame)) => single_caption(lab, frame).column_ui(ui),
+                Some(Content::File(file)) => file_caption_ui(ui, lab, file),
+                None => waiting_ui(ui),
+            });
+        });
+        if let Some(progress) = lab.sheets.table.progress() {
+            ui.allocate_ui(vec2(ui.available_width(), ui.spacing().interact_size.y), |ui| {
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| status::table_ui(ui, &progress, out));
+            });
+        }
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            display::layer_menu(ui, slot.layer, ui.available_width(), out);
+            compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
+            if lab.document.slots().len() > 1 {
+                ui.label("Equal");
+                compare::equal_ui(ui, &lab.document, out);
+            }
+            if !LayerLook::of(slot.layer).is_colour() {
+                active_legend_ui(ui, lab);
+            }
+        });
+    });
+}
+
+/// What the projector view has above a wide picture.
+fn hall_bar_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
+    let estimator = &lab.document.active().estimator;
+    let made = !lab.document.active().is_file();
+    ui.add_space(GRID);
+    ui.allocate_ui(vec2(ui.available_width(), 62.0), |ui| {
+        ui.horizontal_centered(|ui| {
+            ui.add_enabled_ui(made, |ui| strategy::row_ui(ui, estimator, out));
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                menu::menu_ui(ui, &lab.prefs, &lab.document, &lab.history, lab.studies.open.is_some(), out);
+            });
+        });
+    });
+    ui.horizontal(|ui| {
+        let default = lab.document.opened.settings.estimator.light_prob;
+        let width = 0.36 * ui.available_width();
+        ui.add_enabled_ui(made, |ui| strategy::light_prob_ui(ui, estimator, default, width, out));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            compare::layout_menu(ui, &lab.document, lab.studies.open, 250.0, out);
+            layer_menu(ui, lab, 300.0, out);
+        });
+    });
+    if made {
+        formula::formula_line_ui(ui, estimator, 26.0);
+    } else {
+        ui.label(FROM_FILE);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn in_a_hall_a_square_picture_has_the_whole_height() {
+        assert_eq!(hall_column(vec2(1280.0, 720.0), 1.0), Some(560.0));
+        assert_eq!(hall_column(vec2(1280.0, 720.0), 2.4), None, "a wide one has the whole width");
+        assert_eq!(hall_column(vec2(960.0, 720.0), 1.0), Some(HALL_COLUMN), "larger than between two bars");
+    }
+}
