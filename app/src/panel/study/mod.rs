@@ -10,6 +10,8 @@ pub mod plane_map;
 pub mod pyramid;
 pub mod tiles;
 
+use mislab_renderer::Pace;
+
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::live::LivePicture;
 use crate::state::document::Document;
@@ -64,6 +66,8 @@ pub struct Subject<'a> {
     pub pictures: &'a [LivePicture],
     /// Worker threads, for renderers of its own.
     pub threads: usize,
+    /// How fast their passes follow each other.
+    pub pace: Pace,
     /// What pictures are drawn with; `None`: on the CPU.
     pub pipeline: Option<&'a FilmPipeline>,
 }
