@@ -197,7 +197,7 @@ impl Pictures {
             words(ui, over, Align2::LEFT_CENTER, &cell.short, TextStyle::Small, ink);
             let name = format!("Enlarge: {}", cell.name);
             self.tiles.tile_ui(ui, index, tile, &subject.document.view, &name).hint("A click enlarges it.");
-            let (text, color) = self.verdict(ui, index);
+            let (text, color) = self.verdict(ui, index, tile.width());
             words(ui, under, Align2::LEFT_CENTER, &text, TextStyle::Small, color);
         }
         ui.scope_builder(UiBuilder::new().id_salt("about").max_rect(below), |ui| {
@@ -207,17 +207,23 @@ impl Pictures {
         ui.advance_cursor_after_rect(area);
     }
 
-    /// The error under a cell; in red where no number of samples would help.
-    fn verdict(&self, ui: &Ui, index: usize) -> (String, Color32) {
+    /// The error under a cell, in as many words as fit; in red where no number of samples would help.
+    fn verdict(&self, ui: &Ui, index: usize, width: f32) -> (String, Color32) {
         let estimator = &self.cells[index].estimator;
         let scene = &self.requests.1[0].scene;
         let biased = estimator.bias().is_some() || (never_bsdf(estimator) && has_mirror(scene));
         let text = self.error_text(index);
-        if biased {
-            (format!("{text}, biased"), Inks::of(ui.visuals()).wrong)
+        let number = text.trim_start_matches("relMSE ");
+        let (choices, color) = if biased {
+            let choices = vec![format!("{text}, biased"), format!("biased, {number}"), "biased".to_owned()];
+            (choices, Inks::of(ui.visuals()).wrong)
         } else {
-            (text, ui.visuals().text_color())
-        }
+            (vec![text.clone(), number.to_owned()], ui.visuals().text_color())
+        };
+        let font = TextStyle::Small.resolve(ui.style());
+        let fits = |text: &&String| ui.painter().layout_no_wrap((*text).clone(), font.clone(), color).size().x <= width;
+        let shown = choices.iter().find(fits).or(choices.last()).cloned().unwrap_or_default();
+        (shown, color)
     }
 
     fn error_text(&self, index: usize) -> String {

@@ -119,8 +119,9 @@ struct Plan {
 
 impl Plan {
     fn new(area: Rect, small: f32, row: f32) -> Self {
-        // Legend, reading, four lines of caption.
-        let under = 2.0 * row + 5.0 * (small + GRID);
+        // Legend, reading, and the caption: few words in large type, all of them else.
+        let lines = if small > 20.0 { 3.0 } else { 7.0 };
+        let under = 2.0 * row + lines * small + 6.0 * GRID;
         let (upper, below) = area.split_top_bottom_at_y((area.bottom() - under).max(area.center().y - 40.0));
         let left = 3.0 * small;
         let mut map = Rect::from_min_max(
