@@ -49,10 +49,17 @@ impl Variances {
 
 /// [`Variances::best`] of variances from elsewhere, such as between known ones.
 pub fn best_of(per_ray: [Option<f64>; 4]) -> Option<(Strategy, f64)> {
-    let mut known: Vec<_> = Strategy::ALL.into_iter().zip(per_ray).filter_map(|(s, v)| Some((s, v?))).collect();
-    known.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let (best, least) = *known.first()?;
-    let margin = known.get(1).map_or(f64::INFINITY, |(_, second)| second / least);
+    let (mut best, mut second) = (None, f64::INFINITY);
+    for (strategy, variance) in Strategy::ALL.into_iter().zip(per_ray) {
+        let Some(variance) = variance else { continue };
+        match best {
+            Some((_, least)) if variance >= least => second = second.min(variance),
+            Some((_, least)) => (best, second) = (Some((strategy, variance)), least),
+            None => best = Some((strategy, variance)),
+        }
+    }
+    let (best, least) = best?;
+    let margin = second / least;
     (!margin.is_nan()).then_some((best, margin))
 }
 

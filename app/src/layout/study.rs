@@ -2,6 +2,8 @@
 
 use eframe::egui::{Frame, Margin, Rect, Ui, UiBuilder};
 
+use mislab_renderer::Pace;
+
 use crate::lab::Lab;
 use crate::look::theme::GRID;
 use crate::panel::study::Subject;
@@ -35,13 +37,16 @@ pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, ou
     let frame = Frame::new().inner_margin(Margin::same(GRID as i8 * 3));
     ui.scope_builder(UiBuilder::new().id_salt("study").max_rect(place), |ui| {
         ui.set_clip_rect(place.intersect(ui.clip_rect()));
-        let Lab { studies, document, engine, panes, references, measuring, .. } = lab;
+        let Lab { studies, document, engine, panes, references, measuring, pacing, sheets, .. } = lab;
+        // A table is not to be spoiled.
+        let pace = if sheets.table.is_running() { Pace::Paused } else { pacing.pace() };
         let subject = Subject {
             document,
             pictures: engine.pictures(),
             references,
             measuring,
             threads: engine.threads(),
+            pace,
             pipeline: panes.pipeline(),
         };
         frame.show(ui, |ui| match study {

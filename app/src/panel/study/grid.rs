@@ -3,14 +3,14 @@
 use eframe::egui::{Align2, Color32, Context, Rect, TextStyle, Ui, UiBuilder, pos2, vec2};
 use mislab_renderer::kernel::bsdf::MIRROR_ALPHA;
 use mislab_renderer::metrics::{Errors, Reference, Region};
-use mislab_renderer::{Estimator, Frame, Layer, Lockstep, Request, Scene, Strategy};
+use mislab_renderer::{Estimator, Frame, Layer, Lockstep, Pace, Request, Scene, Strategy};
 
 use super::Subject;
 use super::cells::{Axes, Cell, REFERENCE_SPP, requests};
-use super::tiles::{Tiles, Wanted, words};
+use super::tiles::{Tiles, Wanted, caption_that_fits, words};
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
-use crate::panel::widgets::{caption, segmented};
+use crate::panel::widgets::segmented;
 use crate::picture::engine::Engine;
 use crate::picture::live::LivePicture;
 use crate::picture::planes::Planes;
@@ -115,7 +115,6 @@ impl Pictures {
         self.tiles.match_device(subject.pipeline);
         let asked = requests(subject.document, &cells);
         if asked != self.requests {
-            self.tiles.clear();
             self.errors.fill(None);
             (self.reference, self.complete) = (None, false);
             (self.cells, self.requests) = (cells, asked);
@@ -129,16 +128,19 @@ impl Pictures {
         });
         submit(cells, &self.requests.0);
         cells.keep_abreast(Some(Lockstep::Rays));
+        cells.set_pace(subject.pace);
         submit(reference, &self.requests.1);
+        reference.set_pace(if subject.pace == Pace::Paused { Pace::Paused } else { Pace::Full });
         self.reference_spp = reference.pictures().iter().filter_map(LivePicture::status).map(|status| status.spp).sum();
         if self.reference.is_none() && reference.pictures().iter().all(is_finished) {
             self.reference = halves(reference);
             // Those that were there before it are measured now.
-            self.tiles.clear();
+            self.tiles.retake();
         }
         cells.pictures_mut().iter_mut().for_each(LivePicture::hold);
         let frames = cells.pictures().iter().map(LivePicture::current_frame);
-        let wanted: Vec<_> = frames.map(|frame| frame.map(|frame| Wanted { frame, layer: Layer::Picture })).collect();
+        let wanted: Vec<_> =
+            frames.map(|frame| frame.map(|frame| Wanted { frame, layer: Layer::Picture, behind: false })).collect();
         let fresh = self.tiles.refresh(ctx, &wanted, 3);
         let current = fresh.is_empty() && wanted.iter().all(Option::is_some);
         drop(wanted);
@@ -195,26 +197,33 @@ impl Pictures {
             words(ui, over, Align2::LEFT_CENTER, &cell.short, TextStyle::Small, ink);
             let name = format!("Enlarge: {}", cell.name);
             self.tiles.tile_ui(ui, index, tile, &subject.document.view, &name).hint("A click enlarges it.");
-            let (text, color) = self.verdict(ui, index);
+            let (text, color) = self.verdict(ui, index, tile.width());
             words(ui, under, Align2::LEFT_CENTER, &text, TextStyle::Small, color);
         }
         ui.scope_builder(UiBuilder::new().id_salt("about").max_rect(below), |ui| {
-            caption(ui, self.about());
+            let [all, few] = self.about();
+            caption_that_fits(ui, &all, &few);
         });
         ui.advance_cursor_after_rect(area);
     }
 
-    /// The error under a cell; in red where no number of samples would help.
-    fn verdict(&self, ui: &Ui, index: usize) -> (String, Color32) {
+    /// The error under a cell, in as many words as fit; in red where no number of samples would help.
+    fn verdict(&self, ui: &Ui, index: usize, width: f32) -> (String, Color32) {
         let estimator = &self.cells[index].estimator;
         let scene = &self.requests.1[0].scene;
         let biased = estimator.bias().is_some() || (never_bsdf(estimator) && has_mirror(scene));
         let text = self.error_text(index);
-        if biased {
-            (format!("{text}, biased"), Inks::of(ui.visuals()).wrong)
+        let number = text.trim_start_matches("relMSE ");
+        let (choices, color) = if biased {
+            let choices = vec![format!("{text}, biased"), format!("biased, {number}"), "biased".to_owned()];
+            (choices, Inks::of(ui.visuals()).wrong)
         } else {
-            (text, ui.visuals().text_color())
-        }
+            (vec![text.clone(), number.to_owned()], ui.visuals().text_color())
+        };
+        let font = TextStyle::Small.resolve(ui.style());
+        let fits = |text: &&String| ui.painter().layout_no_wrap((*text).clone(), font.clone(), color).size().x <= width;
+        let shown = choices.iter().find(fits).or(choices.last()).cloned().unwrap_or_default();
+        (shown, color)
     }
 
     fn error_text(&self, index: usize) -> String {
@@ -229,7 +238,7 @@ impl Pictures {
     }
 
     /// What is equal in all cells, and what the numbers are.
-    fn about(&self) -> String {
+    fn about(&self) -> [String; 2] {
         let [width, height] = self.resolution();
         let rays = self.requests.0.iter().filter_map(|request| {
             let rays = request.settings.estimator.strategy.rays_per_sample();
@@ -238,15 +247,16 @@ impl Pictures {
         let (least, most) = rays.fold((u32::MAX, 0), |(least, most), n| (least.min(n), most.max(n)));
         let rays = if least == most { format!("{most} rays") } else { format!("{least} to {most} rays") };
         let seed = self.requests.0.first().map_or(0, |request| request.settings.sampling.seed);
-        let all = 2 * REFERENCE_SPP;
+        let most_spp = 2 * REFERENCE_SPP;
         let reference = match &self.reference {
-            Some(_) => format!("a reference of {all} spp"),
-            None => format!("a reference, so far {} of {all} spp", self.reference_spp),
+            Some(_) => format!("a reference of {most_spp} spp"),
+            None => format!("a reference, so far {} of {most_spp} spp", self.reference_spp),
         };
-        format!(
+        let all = format!(
             "Each cell: {rays} a pixel, seed {seed}, {width} \u{d7} {height} pixels. relMSE of the whole picture against \
              {reference}. One picture each: small differences are chance."
-        )
+        );
+        [all, format!("Each cell: {rays} a pixel. relMSE against {reference}.")]
     }
 }
 

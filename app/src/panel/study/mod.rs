@@ -12,6 +12,8 @@ pub mod plot;
 pub mod pyramid;
 pub mod tiles;
 
+use mislab_renderer::Pace;
+
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::live::LivePicture;
 use crate::picture::reference::References;
@@ -72,6 +74,8 @@ pub struct Subject<'a> {
     pub measuring: &'a Measuring,
     /// Worker threads, for renderers of its own.
     pub threads: usize,
+    /// How fast their passes follow each other.
+    pub pace: Pace,
     /// What pictures are drawn with; `None`: on the CPU.
     pub pipeline: Option<&'a FilmPipeline>,
 }

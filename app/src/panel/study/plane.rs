@@ -12,7 +12,7 @@ use mislab_renderer::{Estimator, Strategy};
 use super::Subject;
 use super::plane_job::{ALPHA, Dot, Found, PlaneJob, Question, along, share_of};
 use super::plane_map::{FULL, axes, colour, dot, image};
-use super::tiles::words;
+use super::tiles::{caption_that_fits, words};
 use crate::look::names::{heuristic_name, strategy_name, weights_name};
 use crate::look::theme::{GRID, Inks, strategy_fill};
 use crate::panel::hint::Hint as _;
@@ -82,7 +82,8 @@ pub fn plane_ui(ui: &mut Ui, study: &mut Plane, subject: &Subject<'_>, _out: &mu
         ui.set_clip_rect(plan.below.intersect(ui.clip_rect()));
         legend_ui(ui);
         reading_ui(ui, reading.as_ref());
-        caption(ui, about(&found.dots[chosen], &estimator));
+        let [all, few] = about(&found.dots[chosen], &estimator);
+        caption_that_fits(ui, &all, &few);
     });
     ui.advance_cursor_after_rect(area);
 }
@@ -118,8 +119,9 @@ struct Plan {
 
 impl Plan {
     fn new(area: Rect, small: f32, row: f32) -> Self {
-        // Legend, reading, four lines of caption.
-        let under = 2.0 * row + 5.0 * (small + GRID);
+        // Legend, reading, and the caption: few words in large type, all of them else.
+        let lines = if small > 20.0 { 3.0 } else { 7.0 };
+        let under = 2.0 * row + lines * small + 6.0 * GRID;
         let (upper, below) = area.split_top_bottom_at_y((area.bottom() - under).max(area.center().y - 40.0));
         let left = 3.0 * small;
         let mut map = Rect::from_min_max(
@@ -195,7 +197,6 @@ fn legend_ui(ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 1.5 * GRID;
         let paper = ui.visuals().panel_fill;
-        caption(ui, "best:");
         for strategy in Strategy::ALL {
             swatch(ui, |painter, rect| {
                 let (pale, full) = rect.split_left_right_at_fraction(0.5);
@@ -213,12 +214,12 @@ fn legend_ui(ui: &mut Ui) {
                 painter.with_clip_rect(rect).line_segment(line, (2.5, stripe));
             }
         });
-        ui.label("no difference");
+        ui.label("within 10 %");
     });
 }
 
 fn swatch(ui: &mut Ui, paint: impl FnOnce(&egui::Painter, Rect)) {
-    let (rect, _) = ui.allocate_exact_size(vec2(6.0 * GRID, 3.5 * GRID), Sense::hover());
+    let (rect, _) = ui.allocate_exact_size(vec2(5.0 * GRID, 3.5 * GRID), Sense::hover());
     paint(ui.painter(), rect);
 }
 
@@ -257,17 +258,19 @@ impl std::fmt::Display for Number {
 }
 
 /// What was computed, precisely.
-fn about(square: &Dot, own: &Estimator) -> String {
+fn about(square: &Dot, own: &Estimator) -> [String; 2] {
     let [camera, light] = square.distances;
     let (plate, light_name) = square.name.split_once(" \u{d7} ").unwrap_or((&square.name, ""));
-    format!(
-        "Numbers: variance of one ray over the squared mean, independent samples, exact by quadrature ({} heuristic, c {:.2}, \
-         {} weights). Point: where {plate}, as a plane mirror, shows the centre of {light_name} to the camera, {camera:.1} \
+    let all = format!(
+        "Numbers: variance of one ray over the squared mean, independent samples, exact by quadrature ({} heuristic, c {:.2}; \
+         weights: {}). Point: where {plate}, as a plane mirror, shows the centre of {light_name} to the camera, {camera:.1} \
          from the camera and {light:.1} from that centre. Power of the light constant, other lights as in the scene. \
          Pale: 1.1 \u{d7} less than the second best; full: {FULL:.0} \u{d7}; hatched: within 10 %. Dots: the scene's own \
          squares, each at its own point, mirrors at the left edge.",
         heuristic_name(own.heuristic).to_lowercase(),
         own.light_prob,
         weights_name(own.weights),
-    )
+    );
+    let few = "Variance of one ray over the squared mean, exact. Pale: 1.1 \u{d7} less than the second best.";
+    [all, few.to_owned()]
 }

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align2, Color32, ColorImage, Painter, Rect, Stroke, TextStyle, Ui, pos2, vec2};
 use mislab_renderer::Strategy;
-use mislab_renderer::plane::NO_DIFFERENCE;
+use mislab_renderer::plane::{NO_DIFFERENCE, best_of};
 
 use super::plane_job::{ALPHA, Found, share_of};
 use crate::look::theme::{GRID, strategy_fill};
@@ -38,16 +38,8 @@ pub fn image(found: &Found, size: [usize; 2], paper: Color32, stripe: Color32) -
 }
 
 /// The strategy of the least variance, and how many times that of the second best it is.
-pub fn best_of_logs(logs: &[f64; 4]) -> Option<(Strategy, f64)> {
-    let (mut best, mut second) = ((Strategy::Light, f64::INFINITY), f64::INFINITY);
-    for (strategy, &log) in Strategy::ALL.iter().zip(logs) {
-        if log < best.1 {
-            (best, second) = ((*strategy, log), best.1);
-        } else {
-            second = second.min(log);
-        }
-    }
-    best.1.is_finite().then(|| (best.0, (second - best.1).exp()))
+fn best_of_logs(logs: &[f64; 4]) -> Option<(Strategy, f64)> {
+    best_of(logs.map(|log| log.is_finite().then(|| log.exp())))
 }
 
 /// Ticks and numbers of both axes around the map.

@@ -1,15 +1,15 @@
 //! Each technique: its picture, its weights, both multiplied; the sum is the picture.
 
 use eframe::egui::{Align2, Color32, Rect, TextStyle, Ui, UiBuilder, Vec2, pos2, vec2};
-use mislab_renderer::{Estimator, Layer, Request, Settings, Strategy, Technique};
+use mislab_renderer::{Estimator, Layer, Pace, Request, Settings, Strategy, Technique};
 
 use super::Subject;
-use super::tiles::{Tiles, Wanted, words};
+use super::tiles::{Tiles, Wanted, caption_that_fits, words};
 use crate::look::layer::LayerLook;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
-use crate::panel::widgets::{caption, title};
+use crate::panel::widgets::{sheet_type, title};
 use crate::picture::engine::Engine;
 use crate::picture::legend::{Key, legend_overlay, legend_ui};
 use crate::picture::live::LivePicture;
@@ -118,7 +118,7 @@ pub fn pyramid_ui(ui: &mut Ui, study: &mut Pyramid, subject: &Subject<'_>, out: 
                 tiles: Tiles::new(Part::ALL.len(), subject.pipeline, subject.document.view.placement),
             });
             open.tiles.match_device(subject.pipeline);
-            open.follow(ui, &request, live);
+            open.follow(ui, &request, live, subject.pace);
             match open.tiles.enlarged {
                 Some(index) => open.enlarged_ui(ui, index, subject),
                 None => open.all_ui(ui, subject),
@@ -143,21 +143,23 @@ fn unweighted_ui(ui: &mut Ui, strategy: Strategy, out: &mut Vec<Command>) {
 
 impl Open {
     /// Hands over what is to be rendered, and takes what has been.
-    fn follow(&mut self, ui: &Ui, request: &Request, live: &LivePicture) {
+    fn follow(&mut self, ui: &Ui, request: &Request, live: &LivePicture, pace: Pace) {
         let alone = [Strategy::Light, Strategy::Bsdf].map(|strategy| alone(request, strategy));
         self.alone.match_requests(&alone.each_ref().map(|request| Some(request.clone())));
         for (picture, request) in self.alone.pictures_mut().iter_mut().zip(alone) {
             picture.submit(request);
             picture.hold();
         }
-        let (own, alone) = (live.frame(), self.alone.pictures());
+        self.alone.set_pace(pace);
+        let alone = self.alone.pictures();
         let wanted = Part::ALL.map(|part| {
-            let frame = match part {
-                Part::Alone(Technique::Light) => alone.first().and_then(LivePicture::frame),
-                Part::Alone(Technique::Bsdf) => alone.get(1).and_then(LivePicture::frame),
-                Part::Weight(_) | Part::Weighted(_) | Part::Sum => own.clone(),
-            };
-            Some(Wanted { frame: frame?, layer: part.layer() })
+            let from = match part {
+                Part::Alone(Technique::Light) => alone.first(),
+                Part::Alone(Technique::Bsdf) => alone.get(1),
+                Part::Weight(_) | Part::Weighted(_) | Part::Sum => Some(live),
+            }?;
+            let behind = from.marked_in().is_some_and(|wait| wait.is_zero());
+            Some(Wanted { frame: from.frame()?, layer: part.layer(), behind })
         });
         self.tiles.refresh(ui.ctx(), &wanted, 1);
         drop(wanted);
@@ -199,12 +201,17 @@ impl Open {
         }
         ui.scope_builder(UiBuilder::new().id_salt("about").max_rect(plan.about), |ui| {
             ui.set_clip_rect(plan.about.intersect(ui.clip_rect()));
-            legend_ui(ui, Key { layer: Layer::WeightLight, view, here: None });
+            ui.scope(|ui| {
+                // In a hall its words would not fit under the bar.
+                sheet_type(ui);
+                legend_ui(ui, Key { layer: Layer::WeightLight, view, here: None });
+            });
             ui.add_space(GRID);
-            caption(
+            caption_that_fits(
                 ui,
-                "Alone: as many samples, same seed. Weights are of samples, and a pixel shows their mean: so the product holds \
-                 sample by sample, the sum pixel by pixel. Lights seen directly are in the picture only.",
+                "Alone: as many samples, same seed. Weights are of samples, and a pixel shows their mean: so the product \
+                 holds sample by sample, the sum pixel by pixel. Lights seen directly are in the picture only.",
+                "Products hold sample by sample, the sum pixel by pixel.",
             );
         });
         ui.advance_cursor_after_rect(area);

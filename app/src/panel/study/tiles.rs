@@ -6,7 +6,7 @@ use std::time::Duration;
 use eframe::egui::{self, Align2, Color32, Context, Rect, Response, Role, Sense, TextStyle, Ui, UiBuilder};
 use mislab_renderer::{Frame, Layer};
 
-use crate::panel::widgets::focus_ring;
+use crate::panel::widgets::{caption, focus_ring};
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::planes::Planes;
 use crate::picture::viewport::{Shown, Viewport};
@@ -15,10 +15,12 @@ use crate::state::view::ViewState;
 
 /// What a tile is to show.
 pub struct Wanted {
-    /// Of which frame; it may be older than the settings.
+    /// Of which frame.
     pub frame: Arc<Frame>,
     /// Which of its layers.
     pub layer: Layer,
+    /// It is of older settings.
+    pub behind: bool,
 }
 
 /// One picture.
@@ -28,6 +30,8 @@ struct Tile {
     /// The frame that the numbers are from, which may be gone.
     from: Weak<Frame>,
     planes: Option<Arc<Planes>>,
+    /// They are of older settings.
+    behind: bool,
 }
 
 /// All of a study. They share zoom and pan.
@@ -48,6 +52,7 @@ impl Tiles {
             layer: Layer::Picture,
             from: Weak::new(),
             planes: None,
+            behind: false,
         };
         Self { tiles: std::iter::repeat_with(tile).take(count).collect(), next: 0, enlarged: None, placement }
     }
@@ -68,9 +73,12 @@ impl Tiles {
     /// if some are left. Returns which have new numbers.
     pub fn refresh(&mut self, ctx: &Context, wanted: &[Option<Wanted>], most: usize) -> Vec<usize> {
         let count = self.tiles.len();
+        for (tile, wanted) in self.tiles.iter_mut().zip(wanted) {
+            tile.behind = wanted.as_ref().is_none_or(|wanted| wanted.behind);
+        }
         let mut fresh = Vec::new();
         for index in (0..count).map(|i| (self.next + i) % count) {
-            let Some(Wanted { frame, layer }) = wanted.get(index).and_then(Option::as_ref) else { continue };
+            let Some(Wanted { frame, layer, behind: _ }) = wanted.get(index).and_then(Option::as_ref) else { continue };
             let tile = &mut self.tiles[index];
             if tile.planes.is_some() && Weak::as_ptr(&tile.from) == Arc::as_ptr(frame) && tile.layer == *layer {
                 continue;
@@ -94,10 +102,10 @@ impl Tiles {
         self.tiles[index].planes.as_deref()
     }
 
-    /// Forgets the pictures, of other settings than those asked for by now.
-    pub fn clear(&mut self) {
+    /// All tiles count as not up to date, whatever they show.
+    pub fn retake(&mut self) {
         for tile in &mut self.tiles {
-            tile.planes = None;
+            tile.from = Weak::new();
         }
     }
 
@@ -107,7 +115,7 @@ impl Tiles {
         let mut view = ViewState { placement: self.placement, ..view.clone() };
         let shown = ui.scope_builder(UiBuilder::new().id_salt(("tile", index)).max_rect(place), |ui| {
             ui.set_clip_rect(place.intersect(ui.clip_rect()));
-            let shown = Shown { layer: tile.layer, planes: tile.planes.as_ref(), stale: None };
+            let shown = Shown { layer: tile.layer, planes: tile.planes.as_ref(), stale: tile.behind.then_some("") };
             tile.viewport.ui(ui, &mut view, shown).response
         });
         self.placement = view.placement;
@@ -132,4 +140,11 @@ pub fn words(ui: &mut Ui, place: Rect, align: Align2, text: &str, style: TextSty
     let response =
         ui.interact(place, ui.scope_id().with((text, place.min.x as i32, place.min.y as i32)), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, text));
+}
+
+/// A quiet caption in all words or, where those have no room (in a hall), in few.
+pub fn caption_that_fits(ui: &mut Ui, all: &str, few: &str) {
+    let font = TextStyle::Small.resolve(ui.style());
+    let height = ui.painter().layout(all.to_owned(), font, Color32::WHITE, ui.available_width()).size().y;
+    caption(ui, if height <= ui.available_height() { all } else { few });
 }
