@@ -259,7 +259,7 @@ mod tests {
         let drawn = Offscreen::new([400, 200], 2.0, false, TypeScale::Desk, |ui| {
             let painter = ui.painter_at(Rect::from_min_max(pos2(0.0, 0.0), pos2(100.0, 100.0)));
             painter.line_segment([pos2(1.0, 2.0), pos2(30.0, 40.0)], Stroke::new(1.5, Color32::RED));
-            painter.circle_filled(pos2(5.0, 6.0), 3.0, Color32::from_rgba_unmultiplied(0, 114, 178, 128));
+            painter.circle_filled(pos2(5.0, 6.0), 3.0, Color32::from_rgba_unmultiplied(0, 0, 255, 128));
             let font = FontId::new(16.0, medium());
             ui.painter().text(pos2(10.0, 10.0), Align2::LEFT_TOP, "p < 1 & more", font, Color32::BLACK);
             ui.painter().add(Shape::gradient_rect(
@@ -272,7 +272,7 @@ mod tests {
         for part in [
             "viewBox=\"0 0 200 100\"",
             "<polyline points=\"1.00,2.00 30.00,40.00\" fill=\"none\" stroke=\"#ff0000\" stroke-width=\"1.5\"",
-            "<circle cx=\"5\" cy=\"6\" r=\"3\" fill=\"#0072b2\" fill-opacity=\"0.502\"/>",
+            "<circle cx=\"5\" cy=\"6\" r=\"3\" fill=\"#0000ff\" fill-opacity=\"0.502\"/>",
             ">p &lt; 1 &amp; more</text>",
             "font-weight=\"500\"",
             "<image x=\"119.5\" y=\"9.5\" width=\"61\" height=\"11\" xlink:href=\"data:image/png;base64,iVBORw0KGgo",
