@@ -80,7 +80,7 @@ fn means_tell_bias_from_noise() {
     lab.apply(Edit::SetSpp(SppTarget::passes(64)));
     lab.slide("c", 0.0);
     lab.key(Modifiers::NONE, Key::M);
-    wait_for(&mut lab, "whole picture: biased, p = ");
+    wait_for(&mut lab, "whole picture: biased, p ");
     lab.slide("c", 0.1);
     wait_for(&mut lab, "whole picture: unbiased so far");
     lab.click("Save the means as CSV");

@@ -206,11 +206,11 @@ mod tests {
     }
 
     #[test]
-    fn every_point_gets_two_pictures_before_any_gets_more() {
-        let curves = halving(3);
+    fn every_point_gets_three_pictures_before_any_gets_more() {
+        let curves = halving(4);
         let order: Vec<[usize; 3]> = curves.plan.order().collect();
         assert_eq!(order.len(), curves.total());
-        assert!(order[..8].iter().all(|[_, _, replicate]| *replicate < 2), "{order:?}");
-        assert!(order[..8].is_sorted_by_key(|[_, point, _]| *point), "cheap ones first: {order:?}");
+        assert!(order[..12].iter().all(|[_, _, replicate]| *replicate < 3), "{order:?}");
+        assert!(order[..12].is_sorted_by_key(|[_, point, _]| *point), "cheap ones first: {order:?}");
     }
 }

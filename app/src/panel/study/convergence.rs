@@ -17,6 +17,7 @@ use crate::panel::hint::Hint as _;
 use crate::panel::number::{seconds, two_digits};
 use crate::panel::widgets::{caption, segmented, title};
 use crate::picture::reference::REFERENCE_SPP;
+use crate::picture::slot_errors::SlotErrors;
 use crate::state::command::Command;
 
 /// What errors are drawn over.
@@ -43,6 +44,8 @@ pub struct Convergence {
 
 /// Samples per pixel of the points.
 const AT: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
+/// From this width on, slopes stand in two columns, in points.
+const WIDE: f32 = 640.0;
 /// Pictures of each point.
 const REPLICATES: u32 = 8;
 
@@ -96,17 +99,24 @@ pub fn convergence_ui(ui: &mut Ui, study: &mut Convergence, subject: &Subject<'_
     title(ui, "Convergence");
     head_ui(ui, study, &cells, out);
     let room = ui.available_size();
-    let foot = 5.0 * ui.spacing().interact_size.y + 3.0 * ui.text_style_height(&TextStyle::Small);
+    let foot = foot_height(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(room.x, (room.y - foot).max(140.0)), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, "Plot of errors"));
     let curves = state.as_ref().map(|state| &state.curves);
-    let axes = axes(ui, study, curves, rect);
+    let axes = axes(ui, study, subject, curves, rect);
     plot_ui(ui, study, subject, curves, &axes);
     draw_ui(study, &axes, &response);
     if let (Some(pointer), Some(curves), false) = (response.hover_pos(), curves, study.drawing) {
         hover_ui(ui, study, curves, &axes, pointer);
     }
     foot_ui(ui, study, subject, state.as_ref(), &cells, out);
+}
+
+/// Room for the slopes, the prediction, the reference and a remark of up to three lines.
+fn foot_height(ui: &Ui) -> f32 {
+    let [body, small] = [TextStyle::Body, TextStyle::Small].map(|style| ui.text_style_height(&style));
+    let slopes = if ui.available_width() > WIDE { 2.0 } else { 4.0 };
+    (slopes + 2.0) * body + ui.spacing().interact_size.y + 3.0 * small + 6.0 * GRID
 }
 
 /// Names of the parts as chosen from a menu and as written in files.
@@ -189,7 +199,7 @@ fn head_ui(ui: &mut Ui, study: &mut Convergence, cells: &Cells, out: &mut Vec<Co
 }
 
 /// Axes around all that is known, in whole decades of the error and at least three of them.
-fn axes(ui: &Ui, study: &Convergence, curves: Option<&Curves>, rect: Rect) -> Axes {
+fn axes(ui: &Ui, study: &Convergence, subject: &Subject<'_>, curves: Option<&Curves>, rect: Rect) -> Axes {
     let font = TextStyle::Small.resolve(ui.style());
     let left = ui.painter().layout_no_wrap("0.0001".into(), font.clone(), Color32::WHITE).size().x + 2.0 * GRID;
     let mut inner = rect;
@@ -207,6 +217,10 @@ fn axes(ui: &Ui, study: &Convergence, curves: Option<&Curves>, rect: Rect) -> Ax
         let log = value.error.log10();
         y = Some(y.map_or([log, log], |[low, high]| [low.min(log), high.max(log)]));
         let at = curves.map_or(0.0, |curves| study.x(curves, curve, point, &value).log10());
+        x = [x[0].min(at), x[1].max(at)];
+    }
+    for [at, error] in live(study, subject).into_iter().map(|(_, at)| at) {
+        y = Some(y.map_or([error, error], |[low, high]| [low.min(error), high.max(error)]));
         x = [x[0].min(at), x[1].max(at)];
     }
     if x[0] >= x[1] || !x[0].is_finite() {
@@ -267,25 +281,25 @@ fn plot_ui(ui: &Ui, study: &Convergence, subject: &Subject<'_>, curves: Option<&
             painter.circle_filled(axes.at(*at), 3.0, ink);
         }
     }
-    for slot in round.iter().flat_map(|round| &round.slots).flatten() {
-        let Some(errors) = slot.errors.get(index(study.part)) else { continue };
-        let error = study.measure.of(*errors);
-        let x = study.x_of(f64::from(slot.spp), &slot.estimator, slot.cpu_seconds);
-        let at = axes.at([x.log10(), error.log10()]);
-        if error > 0.0 {
-            painter.circle(
-                at,
-                6.0,
-                inks.strategy(slot.estimator.strategy),
-                Stroke::new(2.0, ui.visuals().text_color()),
-            );
-        }
+    for (strategy, at) in live(study, subject) {
+        painter.circle(axes.at(at), 6.0, inks.strategy(strategy), Stroke::new(2.0, ui.visuals().text_color()));
     }
     axes.line(&painter, &study.prediction, Stroke::new(3.0, ui.visuals().text_color()));
     if all.is_empty() {
         let font = TextStyle::Body.resolve(ui.style());
         painter.text(axes.rect.center(), Align2::CENTER_CENTER, subject.references.words(), font, weak);
     }
+}
+
+/// Where the pictures on screen are by now, in logarithms.
+fn live(study: &Convergence, subject: &Subject<'_>) -> Vec<(Strategy, [f64; 2])> {
+    let slots = subject.measuring.round().into_iter().flat_map(|round| &round.slots).flatten();
+    let place = |slot: &SlotErrors| {
+        let error = study.measure.of(*slot.errors.get(index(study.part))?);
+        let x = study.x_of(f64::from(slot.spp), &slot.estimator, slot.cpu_seconds);
+        (error > 0.0).then(|| (slot.estimator.strategy, [x.log10(), error.log10()]))
+    };
+    slots.filter_map(place).collect()
 }
 
 /// The reference's own noise, below which nothing is known.
@@ -355,7 +369,9 @@ fn foot_ui(
 ) {
     let inks = Inks::of(ui.visuals());
     let curves = state.map(|state| &state.curves);
-    egui::Grid::new("slopes").num_columns(2).spacing([6.0 * GRID, 0.0]).show(ui, |ui| {
+    let columns = if ui.available_width() > WIDE { 2 } else { 1 };
+    egui::Grid::new("slopes").num_columns(columns).min_row_height(0.0).spacing([6.0 * GRID, 0.0]).show(ui, |ui| {
+        ui.spacing_mut().interact_size.y = 0.0;
         for (curve, strategy) in Strategy::ALL.into_iter().enumerate() {
             let slope = curves.and_then(|curves| curves.slope(curve, index(study.part), study.measure));
             let text = slope.map_or("slope \u{2013}".to_owned(), |fit| {
@@ -365,7 +381,7 @@ fn foot_ui(
             let name = strategy_name(strategy);
             let label = ui.label(RichText::new(format!("{name}: {text}")).color(inks.strategy(strategy)));
             label.hint("Slope of the line through the points on logarithmic axes, and its 95 % interval.");
-            if curve % 2 == 1 {
+            if (curve + 1) % columns == 0 {
                 ui.end_row();
             }
         }

@@ -39,6 +39,8 @@ impl Verdict {
     fn words(&self) -> String {
         match self.p {
             None => "too few samples with light".to_owned(),
+            // Beyond, the tail of the normal distribution is rounding.
+            Some(p) if p < 1e-12 => "biased, p < 1e-12".to_owned(),
             Some(p) if p < SIGNIFICANCE => format!("biased, p = {}", two_digits(p)),
             Some(_) => "unbiased so far".to_owned(),
         }
