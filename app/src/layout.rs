@@ -80,7 +80,7 @@ fn column_frame(ui: &Ui) -> Frame {
 /// In a narrow window with a second row for what the first has no room for.
 fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     // The menu needs its place at the right end.
-    let room = ui.available_width() - strategy::row_width(ui) - 8.0 * GRID - 110.0 - LAYOUT_MENU;
+    let room = ui.available_width() - strategy::row_width(ui) - 12.0 * GRID - 110.0 - LAYOUT_MENU - LAYER_MENU;
     let one_row = room > 140.0;
     let bar = Panel::top("strategy bar").exact_size(if one_row { BAR_ROW } else { 1.75 * BAR_ROW });
     bar.frame(bar_frame(ui)).show(ui, |ui| {

@@ -304,7 +304,7 @@ impl Entry {
 
     /// With all that is to be said, or only what it is about.
     fn ui(&self, ui: &mut Ui, full: bool) -> Answer {
-        let mut answer = self.headline_ui(ui);
+        let mut answer = self.headline_ui(ui, full);
         if !full {
             return answer;
         }
@@ -326,14 +326,14 @@ impl Entry {
         answer
     }
 
-    fn headline_ui(&self, ui: &mut Ui) -> Answer {
+    fn headline_ui(&self, ui: &mut Ui, full: bool) -> Answer {
         let mut answer = Answer::Nothing;
+        // Names that tell the buttons apart.
+        let name = if full { "Close message".to_owned() } else { format!("Close message: {}", self.headline) };
         ui.horizontal(|ui| {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 // What cannot be rendered goes with its cause alone.
-                if self.cause != Cause::Rendering
-                    && ui.button("Close").accessible_name(format!("Close message: {}", self.headline)).clicked()
-                {
+                if self.cause != Cause::Rendering && ui.button("Close").accessible_name(name).clicked() {
                     answer = Answer::Close;
                 }
                 ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
