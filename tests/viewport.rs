@@ -43,11 +43,11 @@ impl eframe::App for App {
         let shown = viewport.ui(
             ui,
             view,
-            Shown { layer: *layer, planes: planes.as_ref(), stale: stale.then_some("previous settings") },
+            Shown { quantity: (*layer).into(), planes: planes.as_ref(), stale: stale.then_some("previous settings") },
         );
         if *legend {
             let rect = shown.response.rect;
-            legend_overlay(ui, rect, rect, Key { layer: *layer, view, here: *here });
+            legend_overlay(ui, rect, rect, Key { quantity: (*layer).into(), view, here: *here });
         }
         *last = Some(shown);
     }

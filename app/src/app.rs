@@ -5,7 +5,7 @@ mod gpu;
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::PoisonError;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 use eframe::egui::{self, Context, ViewportCommand};
@@ -30,6 +30,7 @@ use crate::picture::pane::Pane;
 use crate::picture::picking::things;
 use crate::picture::pixel::Pixel;
 use crate::picture::planes::Planes;
+use crate::state::arrangement::Arrangement;
 use crate::state::command::{Command, Shipped};
 use crate::state::document::Document;
 use crate::state::history::EditKey;
@@ -243,9 +244,14 @@ impl MisLabApp {
 
     /// Sets exposure or range from the picture that controls are about.
     fn normalise(&mut self) {
-        let Some(frame) = self.lab.live().frame() else { return };
-        let planes =
-            Planes::shown(&frame, self.lab.document.active().layer, self.lab.document.view.variance_unit, None);
+        let Lab { document, panes, .. } = &self.lab;
+        let planes = if document.arrangement() == Arrangement::Difference {
+            panes.against().planes().cloned()
+        } else {
+            let (layer, unit) = (document.active().layer, document.view.variance_unit);
+            self.lab.live().frame().map(|frame| Arc::new(Planes::shown(&frame, layer, unit, None)))
+        };
+        let Some(planes) = planes else { return };
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
             self.lab.history.end_gesture();
         }

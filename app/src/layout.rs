@@ -320,7 +320,7 @@ fn equal_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
     let layer = lab.document.active().layer;
     let here = lab.live().frame().and_then(|frame| lab.pane().here(&frame, layer, lab.document.view.variance_unit));
-    legend_ui(ui, legend::Key { layer, view: &lab.document.view, here });
+    legend_ui(ui, legend::Key { quantity: layer.into(), view: &lab.document.view, here });
 }
 
 /// Width of what stands at the right end of the caption's second line.
