@@ -23,6 +23,7 @@ const RENDERER: &[&str] = &[
     "metrics",
     "batch",
     "table",
+    "blind",
     "convergence",
     "benchmark",
 ];
