@@ -43,11 +43,11 @@ impl eframe::App for App {
         let shown = viewport.ui(
             ui,
             view,
-            Shown { layer: *layer, planes: planes.as_ref(), stale: stale.then_some("previous settings") },
+            Shown { quantity: (*layer).into(), planes: planes.as_ref(), stale: stale.then_some("previous settings") },
         );
         if *legend {
             let rect = shown.response.rect;
-            legend_overlay(ui, rect, rect, Key { layer: *layer, view, here: *here });
+            legend_overlay(ui, rect, rect, Key { quantity: (*layer).into(), view, here: *here });
         }
         *last = Some(shown);
     }
@@ -520,7 +520,7 @@ fn the_viewport_speaks_to_screen_readers() {
     harness.get_by_label("Picture: Variance");
     let hatched = "hatched: nothing hit yet, cross-hatched: cannot be hit";
     harness.get_by_label(&format!(
-        "Legend: Variance over mean\u{b2}, per ray, ≤0.01, 0.1, 1, 10, 100, 1000, ≥1e4, {hatched}"
+        "Legend: Variance over mean\u{b2}, per ray, ≤0.01, 0.1, 1, 10, 100, 1000, ≥10000, {hatched}"
     ));
     harness.state_mut().view.variance_unit = VarianceUnit::OneSample;
     harness.state_mut().view.variance_range = VarianceUnit::OneSample.default_range();

@@ -6,7 +6,7 @@ mod gpu;
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::PoisonError;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 use eframe::egui::{self, Context, ViewportCommand};
@@ -35,6 +35,7 @@ use crate::picture::picking::things;
 use crate::picture::pixel::Pixel;
 use crate::picture::sheet::Recorder;
 use crate::picture::still::planes_to_rgba8;
+use crate::state::arrangement::Arrangement;
 use crate::state::command::{Command, Shipped};
 use crate::state::document::Document;
 use crate::state::history::EditKey;
@@ -263,10 +264,14 @@ impl MisLabApp {
 
     /// Sets exposure or range from the picture that controls are about.
     fn normalise(&mut self) {
-        let (layer, unit) = (self.lab.document.active().layer, self.lab.document.view.variance_unit);
-        let Some(planes) = self.lab.live().content().and_then(|content| content.planes(layer, unit, &None).ok()) else {
-            return;
+        let Lab { document, panes, .. } = &self.lab;
+        let planes = if document.arrangement() == Arrangement::Difference {
+            panes.against().planes().cloned()
+        } else {
+            let (layer, unit) = (document.active().layer, document.view.variance_unit);
+            self.lab.live().content().and_then(|content| content.planes(layer, unit, &None).ok()).map(Arc::new)
         };
+        let Some(planes) = planes else { return };
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
             self.lab.history.end_gesture();
         }

@@ -270,7 +270,7 @@ fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
     let layer = lab.document.active().layer;
     let unit = lab.document.view.variance_unit;
     let here = lab.live().content().and_then(|content| lab.pane().here(&content, layer, unit));
-    legend_ui(ui, legend::Key { layer, view: &lab.document.view, here });
+    legend_ui(ui, legend::Key { quantity: layer.into(), view: &lab.document.view, here });
 }
 
 /// Width of what stands at the right end of the caption's second line.

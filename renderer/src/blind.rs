@@ -53,10 +53,13 @@ mod tests {
     fn only_strategies_without_bsdf_samples_are_blind_to_mirrors() {
         let mut scene = embedded_scene().scene;
         let of = |strategy, light_prob| Estimator { strategy, light_prob, ..Estimator::default() };
+        let set = |scene: &mut Scene, name, alpha| {
+            *scene.material_mut(name).and_then(|m| m.bsdf.alpha_mut()).expect("the plates are glossy") = alpha;
+        };
+        set(&mut scene, "plate1", 0.1);
         assert_eq!(why_blind(&scene, &of(Strategy::Light, 0.5)), None, "a rough plate is no mirror");
-        for name in ["plate1", "plate2"] {
-            *scene.material_mut(name).and_then(|m| m.bsdf.alpha_mut()).expect("the plates are rough") = 0.0;
-        }
+        set(&mut scene, "plate1", 0.0);
+        set(&mut scene, "plate2", 0.0);
         let words = "biased on plate1 and plate2: a light sample never meets a mirror's one direction";
         for (estimator, expected) in [
             (of(Strategy::Light, 0.5), Some(words)),

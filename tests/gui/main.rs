@@ -1,5 +1,6 @@
 //! The window, driven by label and role as a user or a screen reader would: every control once.
 
+mod against;
 mod controls;
 mod convergence;
 mod export;

@@ -24,6 +24,7 @@ const RENDERER: &[&str] = &[
     "metrics",
     "batch",
     "table",
+    "blind",
     "convergence",
     "study",
     "benchmark",

@@ -9,6 +9,7 @@ use crate::look::layer::LayerLook;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::caption::{Caption, waiting_ui};
+use crate::panel::compare;
 use crate::panel::file_caption::FileCaption;
 use crate::picture::content::Content;
 use crate::picture::pane::Subject;
@@ -33,6 +34,7 @@ pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<C
         }
         Arrangement::Wipe => wipe_ui(ui, lab, place, legend, out),
         Arrangement::Flip => flip_ui(ui, lab, place, legend, out),
+        Arrangement::Difference => difference_ui(ui, lab, place, out),
     }
     if lab.panes.cursor() != cursor {
         // The other pictures were drawn with the place where the mouse was before.
@@ -151,6 +153,27 @@ fn flip_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, legend: bool, out: &mut Vec<
                 caption_ui(ui, lab, slot, caption, Align::Min, out);
             });
         }
+    }
+}
+
+/// Two pictures as one, over what can be said of them and both captions.
+fn difference_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, out: &mut Vec<Command>) {
+    let (above, captions) = place.split_top_bottom_at_y(place.bottom() - caption_height(ui));
+    let strip = ui.spacing().interact_size.y + caption_height(ui) + GRID;
+    let (picture, strip) = above.split_top_bottom_at_y(above.bottom() - strip);
+    let Lab { document, engine, panes, .. } = lab;
+    let frames = [0, 1].map(|slot| engine.pictures()[slot].frame());
+    let against = panes.against_mut();
+    ui.scope_builder(UiBuilder::new().id_salt("against").max_rect(picture), |ui| {
+        ui.set_clip_rect(picture.intersect(ui.clip_rect()));
+        against.ui(ui, document, &frames);
+    });
+    ui.scope_builder(UiBuilder::new().id_salt("versus").max_rect(strip.shrink2(vec2(2.0 * GRID, 0.0))), |ui| {
+        compare::versus_ui(ui, document, against.found(), out);
+    });
+    let (first, second) = captions.split_left_right_at_fraction(0.5);
+    for (slot, (caption, align)) in [(first, Align::Min), (second, Align::Max)].into_iter().enumerate() {
+        caption_ui(ui, lab, slot, caption, align, out);
     }
 }
 

@@ -7,6 +7,11 @@ pub const LIGHT_TECHNIQUE: [u8; 3] = [0xE6, 0x9F, 0x00];
 /// The BSDF technique's colour everywhere (Okabe-Ito blue), sRGB.
 pub const BSDF_TECHNIQUE: [u8; 3] = [0x00, 0x72, 0xB2];
 
+/// Ends of the map of what is signed: hues of no strategy.
+const LESS: [u8; 3] = [0x8E, 0x6B, 0xD6];
+/// See [`LESS`].
+const MORE: [u8; 3] = [0xA3, 0xAD, 0x2B];
+
 /// Entries of one table.
 pub const TABLE_LEN: usize = 256;
 
@@ -19,15 +24,25 @@ pub enum ColourMap {
     TechniqueOnBlack,
     /// viridis, by van der Walt, Smith and Firing: magnitudes.
     Viridis,
+    /// From violet (0) through near-white (1/2) to olive (1): what is less and what is more.
+    SignedOnWhite,
+    /// The same through near-black.
+    SignedOnBlack,
 }
 
 impl ColourMap {
     /// All maps, in the order of the rows of the shader's table.
-    pub const ALL: [Self; 3] = [Self::TechniqueOnWhite, Self::TechniqueOnBlack, Self::Viridis];
+    pub const ALL: [Self; 5] =
+        [Self::TechniqueOnWhite, Self::TechniqueOnBlack, Self::Viridis, Self::SignedOnWhite, Self::SignedOnBlack];
 
     /// The diverging map of a theme.
     pub fn technique(dark: bool) -> Self {
         if dark { Self::TechniqueOnBlack } else { Self::TechniqueOnWhite }
+    }
+
+    /// The map of signed numbers of a theme.
+    pub fn signed(dark: bool) -> Self {
+        if dark { Self::SignedOnBlack } else { Self::SignedOnWhite }
     }
 
     /// Row of the map in the shader's table.
@@ -36,6 +51,8 @@ impl ColourMap {
             Self::TechniqueOnWhite => 0,
             Self::TechniqueOnBlack => 1,
             Self::Viridis => 2,
+            Self::SignedOnWhite => 3,
+            Self::SignedOnBlack => 4,
         }
     }
 
@@ -55,14 +72,16 @@ impl ColourMap {
     }
 }
 
-static TABLES: LazyLock<[[[u8; 4]; TABLE_LEN]; 3]> = LazyLock::new(|| ColourMap::ALL.map(build));
+static TABLES: LazyLock<[[[u8; 4]; TABLE_LEN]; 5]> = LazyLock::new(|| ColourMap::ALL.map(build));
 
 fn build(map: ColourMap) -> [[u8; 4]; TABLE_LEN] {
     std::array::from_fn(|i| {
         let t = i as f64 / (TABLE_LEN - 1) as f64;
         let [r, g, b] = match map {
-            ColourMap::TechniqueOnWhite => diverging([0xF5; 3], t),
-            ColourMap::TechniqueOnBlack => diverging([0x14; 3], t),
+            ColourMap::TechniqueOnWhite => diverging([BSDF_TECHNIQUE, [0xF5; 3], LIGHT_TECHNIQUE], t),
+            ColourMap::TechniqueOnBlack => diverging([BSDF_TECHNIQUE, [0x14; 3], LIGHT_TECHNIQUE], t),
+            ColourMap::SignedOnWhite => diverging([LESS, [0xF5; 3], MORE], t),
+            ColourMap::SignedOnBlack => diverging([LESS, [0x14; 3], MORE], t),
             ColourMap::Viridis => colorous::VIRIDIS.eval_continuous(t).as_array(),
         };
         [r, g, b, 255]
@@ -70,9 +89,8 @@ fn build(map: ColourMap) -> [[u8; 4]; TABLE_LEN] {
 }
 
 /// Two straight lines in Oklab that meet at `middle`, so that either half is even in lightness and hue.
-fn diverging(middle: [u8; 3], t: f64) -> [u8; 3] {
-    let (from, to, blend) =
-        if t < 0.5 { (BSDF_TECHNIQUE, middle, 2.0 * t) } else { (middle, LIGHT_TECHNIQUE, 2.0 * t - 1.0) };
+fn diverging([low, middle, high]: [[u8; 3]; 3], t: f64) -> [u8; 3] {
+    let (from, to, blend) = if t < 0.5 { (low, middle, 2.0 * t) } else { (middle, high, 2.0 * t - 1.0) };
     let (from, to) = (oklab(from), oklab(to));
     srgb([0, 1, 2].map(|i| from[i] * (1.0 - blend) + to[i] * blend))
 }

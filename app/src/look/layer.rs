@@ -4,6 +4,39 @@
 
 use mislab_renderer::{Estimator, Layer, Strategy, Technique};
 
+use super::versus::Versus;
+
+/// What the numbers of a picture on screen are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A layer of one picture.
+    Layer(Layer),
+    /// A number of two pictures.
+    Versus(Versus),
+}
+
+impl From<Layer> for Quantity {
+    fn from(layer: Layer) -> Self {
+        Self::Layer(layer)
+    }
+}
+
+impl From<Versus> for Quantity {
+    fn from(versus: Versus) -> Self {
+        Self::Versus(versus)
+    }
+}
+
+impl Quantity {
+    /// Numbers of a pixel.
+    pub fn channels(self) -> usize {
+        match self {
+            Self::Layer(layer) => layer.channels().len(),
+            Self::Versus(Versus::Difference | Versus::Variances) => 1,
+        }
+    }
+}
+
 /// How the numbers of a layer become colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colouring {
@@ -18,6 +51,8 @@ pub enum Colouring {
     },
     /// A number without bound: its logarithm over the range that the user sets, in viridis.
     Magnitude,
+    /// A number on either side of 0, over the same range both ways: from violet to olive.
+    Signed,
 }
 
 /// A layer on screen.
@@ -37,8 +72,19 @@ pub struct LayerLook {
 
 impl LayerLook {
     /// The table.
-    pub fn of(layer: Layer) -> Self {
+    pub fn of(quantity: impl Into<Quantity>) -> Self {
         use Technique::{Bsdf, Light};
+        let layer = match quantity.into() {
+            Quantity::Layer(layer) => layer,
+            Quantity::Versus(versus) => {
+                let values: &[&str] = match versus {
+                    Versus::Difference => &["A \u{2212} B"],
+                    Versus::Variances => &["log2 A / B"],
+                };
+                let (name, key) = (versus.title(), "versus");
+                return Self { name, key, technique: None, values, colouring: Colouring::Signed };
+            }
+        };
         match layer {
             Layer::Picture => Self::radiance("Picture", "picture", None),
             Layer::Light => Self::radiance("Light technique", "light", Some(Light)),

@@ -4,4 +4,5 @@ pub mod colormap;
 pub mod layer;
 pub mod names;
 pub mod theme;
+pub mod versus;
 pub mod zoom;

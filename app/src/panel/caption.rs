@@ -210,22 +210,21 @@ impl Caption {
     fn remarks_ui(&self, ui: &mut Ui) {
         let wrong = Inks::of(ui.visuals()).wrong;
         let font = TextStyle::Small.resolve(ui.style());
-        // All of it where there is room for it and for some of the scene's name.
-        let room = ui.available_width() - 16.0 * font.size;
-        let biased = self.bias.as_deref().map(|why| if width(ui, why, &font) < room { why } else { "biased" });
+        let biased = self.bias.as_deref();
         let behind = self.behind.then_some("previous settings \u{2026}");
         let gap = ui.spacing().item_spacing.x;
         let remarks: f32 = [biased, behind].into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         let small = |text: &str| RichText::new(text).text_style(TextStyle::Small);
         let scene = egui::Label::new(small(&self.scene).color(ui.visuals().weak_text_color())).truncate();
-        let room = (ui.available_width() - remarks).max(0.0);
+        // What is wrong goes before the name.
+        let room = (ui.available_width() - remarks).max(5.0 * font.size);
         let scene = ui.scope(|ui| {
             ui.set_max_width(room);
             ui.add(scene)
         });
         scene.inner.hint(format!("The scene: {}", self.scene));
         if let (Some(text), Some(bias)) = (biased, &self.bias) {
-            ui.label(small(text).color(wrong)).hint(bias.clone());
+            ui.add(egui::Label::new(small(text).color(wrong)).truncate()).hint(bias.clone());
         }
         if let Some(text) = behind {
             ui.label(small(text).italics());

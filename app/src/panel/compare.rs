@@ -1,9 +1,10 @@
 //! Several pictures: how they lie in the window, and what they have alike.
 
-use eframe::egui::{Button, ComboBox, Ui};
+use eframe::egui::{Button, ComboBox, Label, TextStyle, Ui};
 use mislab_renderer::Lockstep;
 
 use crate::look::names::equal_name;
+use crate::look::versus::Versus;
 use crate::panel::hint::Hint as _;
 use crate::panel::widgets::segmented;
 use crate::state::arrangement::Arrangement;
@@ -59,7 +60,22 @@ pub fn layout_menu(ui: &mut Ui, document: &Document, study: Option<Study>, width
             }
         })
         .response;
-    response.accessible_name("Layout").hint("One picture, two or four of them. (A, B, W, H, Q; Escape: one)");
+    response.accessible_name("Layout").hint("One picture, two or four of them. (A, B, W, H, D, Q; Escape: one)");
+}
+
+/// Which number of two pictures is shown, and under it what is sure of them.
+pub fn versus_ui(ui: &mut Ui, document: &Document, found: &str, out: &mut Vec<Command>) {
+    let choices = Versus::ALL.map(|versus| (versus, versus.name()));
+    let hint = |ui: &mut Ui, versus: Versus| {
+        ui.label(versus.description());
+    };
+    ui.scope(|ui| {
+        ui.set_max_width(ui.available_width().min(18.0 * TextStyle::Body.resolve(ui.style()).size));
+        let picked = segmented(ui, "A against B", document.view.versus, &choices, true, &hint);
+        out.extend(picked.map(|versus| Edit::SetVersus(versus).into()));
+    });
+    let response = ui.add(Label::new(found).truncate());
+    response.hint("With its 95 % band. Shift and drag in the picture: of that part; Shift and click: of all again.");
 }
 
 /// What the pictures have alike, over the width given.

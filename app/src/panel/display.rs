@@ -39,12 +39,12 @@ pub fn display_ui(ui: &mut Ui, document: &Document, measured: &Measured<'_>, out
         }
     });
     let (view, default) = (&document.view, &document.opened.view);
-    let key = Key { layer: shown, view, here: measured.here };
+    let key = Key { quantity: shown.into(), view, here: measured.here };
     match LayerLook::of(shown).colouring {
         Colouring::Radiance => colour_ui(ui, key, default, measured.histogram, out),
         Colouring::Magnitude => variance_ui(ui, key, default, out),
-        // Its range is 0 to 1, whatever the picture.
-        Colouring::Share { .. } => {
+        // Their range does not depend on the picture.
+        Colouring::Share { .. } | Colouring::Signed => {
             ui.add_space(2.0 * GRID);
             legend_ui(ui, key);
         }
@@ -172,7 +172,7 @@ fn histogram_ui(ui: &mut Ui, key: Key<'_>, histogram: &Histogram) {
     let right = painter.text(words.right_center(), egui::Align2::RIGHT_CENTER, &clipped, small.clone(), weak);
     let middle = egui::pos2(at(white).min(right.left() - GRID), words.center().y);
     painter.text(middle, egui::Align2::RIGHT_CENTER, "white", small, weak);
-    let name = LayerLook::of(key.layer).name;
+    let name = LayerLook::of(key.quantity).name;
     response.widget_info(|| {
         let words = format!("Legend: {name}, {}, {clipped}", colour_note(view));
         egui::WidgetInfo::labeled(egui::Role::Image, true, words)

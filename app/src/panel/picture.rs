@@ -137,7 +137,7 @@ fn picture(ui: &mut Ui, sheet: &mut PictureSheet) {
         return;
     }
     let planes = sheet.planes();
-    let shown = Shown { layer: Layer::Picture, planes: planes.as_ref(), stale: None };
+    let shown = Shown { quantity: Layer::Picture.into(), planes: planes.as_ref(), stale: None };
     sheet.pixel = sheet.viewport.ui(ui, &mut sheet.view, shown).hovered_pixel;
 }
 

@@ -25,6 +25,7 @@ struct Uniforms {
 
 const COLOUR = 0u;
 const WEIGHT = 1u;
+const SIGNED = 3u;
 const LINEAR = 0u;
 const FILMIC = 2u;
 const STALE_FADE = 0.55;
@@ -132,6 +133,12 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     }
     if v == BLIND {
         return cross_hatch_at(at);
+    }
+    if by.kind == SIGNED {
+        if !is_finite(v) {
+            return u.invalid.rgb;
+        }
+        return table_at(v * u.slope + u.intercept);
     }
     if !is_finite(v) || v < -WEIGHT_SLACK {
         return u.invalid.rgb;

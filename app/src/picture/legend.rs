@@ -7,7 +7,8 @@ use eframe::egui::{
 };
 use mislab_renderer::{Layer, Technique};
 
-use crate::look::layer::{Colouring, LayerLook};
+use crate::look::layer::{Colouring, LayerLook, Quantity};
+use crate::look::versus::Versus;
 use crate::picture::pixel::{NEVER, NOTHING_YET, value_text};
 use crate::picture::planes::BLIND;
 use crate::picture::tone::{self, HATCH_PERIOD};
@@ -27,8 +28,8 @@ const MARK: f32 = 7.0;
 /// What a legend is about.
 #[derive(Clone, Copy)]
 pub struct Key<'a> {
-    /// The layer whose colours it explains.
-    pub layer: Layer,
+    /// Whose colours it explains.
+    pub quantity: Quantity,
     /// How they come about.
     pub view: &'a ViewState,
     /// The number under the mouse, which it marks.
@@ -62,7 +63,7 @@ pub fn legend_ui(ui: &mut egui::Ui, key: Key<'_>) {
 
 /// The legend without a plate, its upper left corner at `at`, no wider than `available`; returns its size.
 pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, available: f32) -> Vec2 {
-    let legend = Legend::new(ui, Key { layer, view, here: None }, available);
+    let legend = Legend::new(ui, Key { quantity: layer.into(), view, here: None }, available);
     legend.paint(ui.painter(), at);
     legend.size
 }
@@ -105,14 +106,14 @@ enum Here {
 
 impl Legend {
     fn new(ui: &egui::Ui, key: Key<'_>, available: f32) -> Self {
-        let Key { layer, view, here } = key;
-        let look = LayerLook::of(layer);
+        let Key { quantity, view, here } = key;
+        let look = LayerLook::of(quantity);
         let dark = ui.visuals().dark_mode;
         let text = ui.visuals().strong_text_color();
         let body = TextStyle::Body.resolve(ui.style());
         let small = FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body.clone() };
         let line = |words: String, font: &FontId| ui.painter().layout_no_wrap(words, font.clone(), text);
-        let name = title(layer, view);
+        let name = title(quantity, view);
         let title = line(name.to_owned(), &body);
         if look.is_colour() {
             let words = colour_note(view);
@@ -123,7 +124,7 @@ impl Legend {
         }
         let hatched = [NOTHING_YET, NEVER].map(|words| line(words.to_owned(), &small));
         let width = available.clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
-        let words = tick_words(layer, view);
+        let words = tick_words(quantity, view);
         let mut spoken = format!(
             "Legend: {name}, {}, hatched: {NOTHING_YET}, cross-hatched: {NEVER}",
             words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
@@ -141,11 +142,11 @@ impl Legend {
         let size = vec2(title.size().x.max(width).max(hatched_width), height);
         let bar = Bar {
             width,
-            colours: bar_colours(layer, dark),
+            colours: bar_colours(quantity, dark),
             ticks,
             hatched,
             hatch: tone::hatch(dark),
-            here: here.map(|value| position(layer, view, value)),
+            here: here.map(|value| position(quantity, view, value)),
         };
         Self { title, note: None, bar: Some(bar), text, size, spoken }
     }
@@ -211,18 +212,14 @@ fn paint_mark(painter: &egui::Painter, bar: Rect, x: f32, ink: Color32) {
 }
 
 /// What the numbers are called.
-fn title(layer: Layer, view: &ViewState) -> &'static str {
-    match layer {
-        Layer::Variance => view.variance_unit.title(),
-        Layer::Picture | Layer::Light | Layer::Bsdf | Layer::WeightLight | Layer::WeightBsdf | Layer::ShareLight => {
-            LayerLook::of(layer).name
-        }
-    }
+fn title(quantity: Quantity, view: &ViewState) -> &'static str {
+    if quantity == Layer::Variance.into() { view.variance_unit.title() } else { LayerLook::of(quantity).name }
 }
 
 /// Where a number of the layer is on the legend.
-fn position(layer: Layer, view: &ViewState, value: f32) -> Here {
-    let at = match LayerLook::of(layer).colouring {
+fn position(quantity: Quantity, view: &ViewState, value: f32) -> Here {
+    let at = match LayerLook::of(quantity).colouring {
+        Colouring::Signed => 0.5 + 0.5 * value / tone::signed_range(quantity, view),
         Colouring::Magnitude => {
             let [low, high] = tone::variance_range(view);
             // Zero has no logarithm, and a place at the lower end.
@@ -246,8 +243,16 @@ pub fn colour_note(view: &ViewState) -> String {
 }
 
 /// What stands under the bar, from left to right.
-fn tick_words(layer: Layer, view: &ViewState) -> Vec<(f32, String)> {
-    match LayerLook::of(layer).colouring {
+fn tick_words(quantity: Quantity, view: &ViewState) -> Vec<(f32, String)> {
+    match LayerLook::of(quantity).colouring {
+        Colouring::Signed if quantity == Versus::Difference.into() => {
+            let range = tone::signed_range(quantity, view);
+            vec![(0.0, format!("\u{2264}\u{2212}{range}")), (0.5, "0".to_owned()), (1.0, format!("\u{2265}{range}"))]
+        }
+        Colouring::Signed => {
+            let words = ["1/8", "1/4", "1/2", "1", "2", "4", "8"];
+            words.iter().enumerate().map(|(i, words)| (i as f32 / 6.0, (*words).to_owned())).collect()
+        }
         Colouring::Share { ends: [low, high], .. } => {
             vec![(0.0, low.to_owned()), (0.5, "1/2".to_owned()), (1.0, high.to_owned())]
         }
@@ -300,10 +305,10 @@ fn fitting(ticks: Vec<(f32, Arc<Galley>)>, width: f32) -> Vec<(f32, Option<Arc<G
 }
 
 /// The colours along the bar, as the picture shows them.
-fn bar_colours(layer: Layer, dark: bool) -> Vec<Color32> {
+fn bar_colours(quantity: Quantity, dark: bool) -> Vec<Color32> {
     const STEPS: usize = 64;
-    let map = tone::colour_map(layer, dark);
-    let from_amber = matches!(LayerLook::of(layer).colouring, Colouring::Share { of: Technique::Bsdf, .. });
+    let map = tone::colour_map(quantity, dark);
+    let from_amber = matches!(LayerLook::of(quantity).colouring, Colouring::Share { of: Technique::Bsdf, .. });
     (0..=STEPS)
         .map(|i| {
             let t = i as f32 / STEPS as f32;
@@ -353,15 +358,15 @@ mod tests {
     #[test]
     fn the_mark_is_where_the_number_is() {
         let view = ViewState { variance_range: [-4.0, 2.0], ..ViewState::default() };
-        assert_eq!(position(Layer::ShareLight, &view, 0.25), Here::At(0.25));
+        assert_eq!(position(Layer::ShareLight.into(), &view, 0.25), Here::At(0.25));
         assert_eq!(
-            position(Layer::WeightBsdf, &view, 1.0),
+            position(Layer::WeightBsdf.into(), &view, 1.0),
             Here::At(1.0),
             "the number grows to the right, whatever the colour"
         );
-        assert!(matches!(position(Layer::Variance, &view, 0.1), Here::At(at) if (at - 0.5).abs() < 1e-6));
-        assert_eq!(position(Layer::Variance, &view, 0.0), Here::At(0.0));
-        assert_eq!(position(Layer::Variance, &view, f32::NAN), Here::NothingYet);
-        assert_eq!(position(Layer::Variance, &view, BLIND), Here::Never, "that is no noise of 0");
+        assert!(matches!(position(Layer::Variance.into(), &view, 0.1), Here::At(at) if (at - 0.5).abs() < 1e-6));
+        assert_eq!(position(Layer::Variance.into(), &view, 0.0), Here::At(0.0));
+        assert_eq!(position(Layer::Variance.into(), &view, f32::NAN), Here::NothingYet);
+        assert_eq!(position(Layer::Variance.into(), &view, BLIND), Here::Never, "that is no noise of 0");
     }
 }

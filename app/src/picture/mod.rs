@@ -1,5 +1,6 @@
 //! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
 
+pub mod against;
 pub mod black;
 pub mod blind;
 pub mod content;

@@ -1,6 +1,7 @@
 //! Exposure and range set from the picture, once, in plain sight (N).
 
-use crate::look::layer::{Colouring, LayerLook};
+use crate::look::layer::{Colouring, LayerLook, Quantity};
+use crate::look::versus::Versus;
 use crate::picture::planes::Planes;
 use crate::state::view::ViewState;
 
@@ -17,7 +18,7 @@ pub fn normalise(view: &mut ViewState, planes: &Planes) {
     largest.sort_unstable_by(f32::total_cmp);
     let Some(last) = largest.len().checked_sub(1) else { return };
     let quantile = |q: f64| largest[(q * last as f64).round() as usize];
-    match LayerLook::of(planes.layer()).colouring {
+    match LayerLook::of(planes.quantity()).colouring {
         Colouring::Radiance => {
             // Tenths of a stop, downwards: what the status shows is what is used.
             let stops = (-quantile(0.99).log2() * 10.0).floor() / 10.0;
@@ -28,6 +29,20 @@ pub fn normalise(view: &mut ViewState, planes: &Planes) {
             let low = quantile(0.01).log10().floor();
             view.variance_range = [low, quantile(0.99).log10().ceil().max(low + 1.0)];
         }
-        Colouring::Share { .. } => {}
+        Colouring::Signed if planes.quantity() == Quantity::Versus(Versus::Difference) => {
+            // One digit: what stands under the bar is what is used.
+            let decade = 10_f32.powf(quantity_size(planes).log10().floor());
+            view.difference_range = (quantity_size(planes) / decade).ceil() * decade;
+        }
+        Colouring::Share { .. } | Colouring::Signed => {}
     }
+}
+
+/// What 98 % of the sizes of signed numbers stay below; at least a millionth.
+fn quantity_size(planes: &Planes) -> f32 {
+    let sizes = planes.channels().flatten().map(|v| v.abs()).filter(|v| v.is_finite() && *v < f32::MAX);
+    let mut sizes: Vec<f32> = sizes.collect();
+    sizes.sort_unstable_by(f32::total_cmp);
+    let last = sizes.len().saturating_sub(1);
+    sizes.get((0.98 * last as f64) as usize).map_or(1.0, |size| size.max(1e-6))
 }

@@ -7,6 +7,7 @@ use mislab_renderer::Layer;
 
 use crate::look::layer::not_drawn;
 use crate::look::theme::GRID;
+use crate::picture::against::Against;
 use crate::picture::black::Black;
 use crate::picture::blind::{Blind, BlindSpots};
 use crate::picture::content::Content;
@@ -122,7 +123,7 @@ impl Pane {
         } else {
             behind.then_some("previous settings")
         };
-        let shown = Shown { layer, planes: planes.as_ref(), stale };
+        let shown = Shown { quantity: layer.into(), planes: planes.as_ref(), stale };
         // A file may have another resolution: pictures are aligned by their edges.
         let image = document.image.resolution;
         let size = content.as_ref().map_or(image, Content::size);
@@ -169,7 +170,7 @@ impl Pane {
         if on.legend {
             let here = pixel.as_ref().and_then(|pixel| pixel.single(layer));
             let picture = self.geometry.map_or(rect, |geometry| geometry.picture_rect());
-            legend_overlay(ui, rect, picture, Key { layer, view: &document.view, here });
+            legend_overlay(ui, rect, picture, Key { quantity: layer.into(), view: &document.view, here });
         }
         if let Some(pixel) = pixel {
             pixel.overlay(ui, rect, layer);
@@ -238,13 +239,16 @@ pub struct Panes {
     panes: Vec<Pane>,
     /// Where the divider between two pictures is, as a share of their width.
     divider: f32,
+    /// Two pictures as one.
+    against: Against,
 }
 
 impl Panes {
     /// Drawn on that device, or on the CPU if there is none or it refuses the shader. None yet: see
     /// [`Self::set_count`].
     pub fn new(render_state: Option<&RenderState>) -> Self {
-        Self { pipeline: render_state.and_then(FilmPipeline::new), panes: Vec::new(), divider: 0.5 }
+        let pipeline = render_state.and_then(FilmPipeline::new);
+        Self { against: Against::new(pipeline.clone()), pipeline, panes: Vec::new(), divider: 0.5 }
     }
 
     /// As many as the document has slots: the last ones go, or new ones come.
@@ -272,6 +276,17 @@ impl Panes {
         &mut self.divider
     }
 
+    /// Two pictures as one; the panes of both rest.
+    pub fn against_mut(&mut self) -> &mut Against {
+        self.panes.iter_mut().for_each(Pane::rest);
+        &mut self.against
+    }
+
+    /// The same, to look at.
+    pub fn against(&self) -> &Against {
+        &self.against
+    }
+
     /// The pixel that was under the mouse in any of them.
     pub fn cursor(&self) -> Option<[u32; 2]> {
         self.panes.iter().find_map(|pane| pane.own_pixel)
@@ -285,6 +300,7 @@ impl Panes {
     /// Without the graphics device from here on.
     pub fn draw_on_cpu(&mut self) {
         self.pipeline = None;
+        self.against = Against::new(None);
         for pane in &mut self.panes {
             pane.viewport = Viewport::new(None);
         }

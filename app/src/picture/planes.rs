@@ -2,6 +2,7 @@
 
 use mislab_renderer::{Frame, Layer, PixelRect};
 
+use crate::look::layer::Quantity;
 use crate::picture::variance;
 use crate::state::view::VarianceUnit;
 
@@ -11,22 +12,23 @@ pub const BLIND: f32 = f32::MIN;
 /// The numbers of one layer of a frame.
 #[derive(Clone, Debug)]
 pub struct Planes {
-    layer: Layer,
+    quantity: Quantity,
     bounds: PixelRect,
     image: [u32; 2],
     data: Vec<f32>,
 }
 
 impl Planes {
-    /// `data`: for each channel of `layer`, `bounds.area()` numbers row by row from the top left; `image` is the size
+    /// `data`: for each channel of `quantity`, `bounds.area()` numbers row by row from the top left; `image` is the size
     /// of the full image that `bounds` is part of.
     ///
     /// # Panics
     /// If `data` has another length.
-    pub fn new(layer: Layer, bounds: PixelRect, image: [u32; 2], data: Vec<f32>) -> Self {
-        let expected = layer.channels().len() * bounds.area();
+    pub fn new(quantity: impl Into<Quantity>, bounds: PixelRect, image: [u32; 2], data: Vec<f32>) -> Self {
+        let quantity = quantity.into();
+        let expected = quantity.channels() * bounds.area();
         assert_eq!(data.len(), expected, "a layer holds one number per pixel and channel");
-        Self { layer, bounds, image, data }
+        Self { quantity, bounds, image, data }
     }
 
     /// A layer of a frame as it is shown: the variance in that unit, and what the strategy is [`BLIND`] to marked; `blind`
@@ -60,7 +62,8 @@ impl Planes {
         Self::new(Layer::Variance, bounds, frame.request().settings.image.resolution, data)
     }
 
-    fn mark(&mut self, blind: &[bool]) {
+    /// Marks pixels of the full image as [`BLIND`].
+    pub fn mark(&mut self, blind: &[bool]) {
         let width = self.bounds.width() as usize;
         for (y, row) in self.data.chunks_exact_mut(width.max(1)).enumerate() {
             let first = (self.bounds.min[1] as usize + y) * self.image[0] as usize + self.bounds.min[0] as usize;
@@ -79,8 +82,8 @@ impl Planes {
     }
 
     /// What the numbers are.
-    pub fn layer(&self) -> Layer {
-        self.layer
+    pub fn quantity(&self) -> Quantity {
+        self.quantity
     }
 
     /// The pixels there are numbers for, in coordinates of the full image.

@@ -5,10 +5,11 @@
 
 use bytemuck::{Pod, Zeroable};
 use eframe::egui::Color32;
-use mislab_renderer::{Layer, Technique};
+use mislab_renderer::Technique;
 
 use crate::look::colormap::ColourMap;
-use crate::look::layer::{Colouring, LayerLook};
+use crate::look::layer::{Colouring, LayerLook, Quantity};
+use crate::look::versus::Versus;
 use crate::picture::planes::{BLIND, Planes};
 use crate::state::placement::Geometry;
 use crate::state::view::{ToneMap, ViewState};
@@ -84,14 +85,15 @@ enum Kind {
     Colour = 0,
     Weight = 1,
     Magnitude = 2,
+    Signed = 3,
 }
 
 impl Uniforms {
     /// For `planes` as `view` wants them, at `geometry`. The layer is that of `planes`.
     pub fn new(planes: &Planes, view: &ViewState, geometry: &Geometry, dark: bool) -> Self {
         let corner = [0, 1].map(|i| (geometry.viewport.min[i] * geometry.pixels_per_point).round());
-        let layer = planes.layer();
-        let (slope, intercept) = table_position(layer, view);
+        let quantity = planes.quantity();
+        let (slope, intercept) = table_position(quantity, view);
         let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
         let bounds = planes.bounds();
         let encoded = |c: Color32| c.to_array().map(|v| f32::from(v) / 255.0);
@@ -103,9 +105,9 @@ impl Uniforms {
             inv_scale: geometry.scale.recip(),
             gain: finite(view.exposure_ev).clamp(-ViewState::MAX_EV, ViewState::MAX_EV).exp2(),
             offset: finite(view.offset),
-            kind: kind(layer) as u32,
+            kind: kind(quantity) as u32,
             tone_map: ToneMap::ALL.iter().position(|map| *map == view.tone_map).unwrap_or(0) as u32,
-            row: colour_map(layer, dark).row(),
+            row: colour_map(quantity, dark).row(),
             slope,
             intercept,
             hatch_frequency: (HATCH_PERIOD * geometry.pixels_per_point).recip(),
@@ -141,15 +143,17 @@ impl Uniforms {
 }
 
 /// The colour map of a layer; colour layers have none and get the one of magnitudes.
-pub fn colour_map(layer: Layer, dark: bool) -> ColourMap {
-    match LayerLook::of(layer).colouring {
+pub fn colour_map(quantity: Quantity, dark: bool) -> ColourMap {
+    match LayerLook::of(quantity).colouring {
+        Colouring::Signed => ColourMap::signed(dark),
         Colouring::Share { .. } => ColourMap::technique(dark),
         Colouring::Radiance | Colouring::Magnitude => ColourMap::Viridis,
     }
 }
 
-fn kind(layer: Layer) -> Kind {
-    match LayerLook::of(layer).colouring {
+fn kind(quantity: Quantity) -> Kind {
+    match LayerLook::of(quantity).colouring {
+        Colouring::Signed => Kind::Signed,
         Colouring::Radiance => Kind::Colour,
         Colouring::Share { .. } => Kind::Weight,
         Colouring::Magnitude => Kind::Magnitude,
@@ -159,8 +163,9 @@ fn kind(layer: Layer) -> Kind {
 /// Slope and intercept of the position in the colour table.
 ///
 /// Amber stands for the light technique: it is weight 1 of a light sample, weight 0 of a BSDF sample.
-fn table_position(layer: Layer, view: &ViewState) -> (f32, f32) {
-    match LayerLook::of(layer).colouring {
+fn table_position(quantity: Quantity, view: &ViewState) -> (f32, f32) {
+    match LayerLook::of(quantity).colouring {
+        Colouring::Signed => ((2.0 * signed_range(quantity, view)).recip(), 0.5),
         Colouring::Share { of: Technique::Bsdf, .. } => (-1.0, 1.0),
         Colouring::Magnitude => {
             let [low, high] = variance_range(view);
@@ -168,6 +173,21 @@ fn table_position(layer: Layer, view: &ViewState) -> (f32, f32) {
             (slope, -low * slope)
         }
         Colouring::Radiance | Colouring::Share { of: Technique::Light, .. } => (1.0, 0.0),
+    }
+}
+
+/// The number at the upper end of a signed map; the lower end has its opposite.
+pub fn signed_range(quantity: Quantity, view: &ViewState) -> f32 {
+    match quantity {
+        // Eight times as noisy, or an eighth.
+        Quantity::Versus(Versus::Variances) => 3.0,
+        Quantity::Versus(Versus::Difference) | Quantity::Layer(_) => {
+            if view.difference_range.is_finite() {
+                view.difference_range.clamp(1e-6, 1e6)
+            } else {
+                1.0
+            }
+        }
     }
 }
 
@@ -260,6 +280,9 @@ fn colour(u: &Uniforms, value: [f32; 3], at: [f32; 2]) -> [f32; 3] {
             return rgb(u.invalid);
         }
         return map.at(v * u.slope + u.intercept);
+    }
+    if u.kind == Kind::Signed as u32 {
+        return if v.is_finite() { map.at(v * u.slope + u.intercept) } else { rgb(u.invalid) };
     }
     if !v.is_finite() || v < 0.0 {
         return rgb(u.invalid);

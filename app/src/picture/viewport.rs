@@ -6,7 +6,7 @@ use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Role, Sense, emath
 use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
-use crate::look::layer::LayerLook;
+use crate::look::layer::{LayerLook, Quantity};
 use crate::picture::blind::Blind;
 use crate::picture::content::Content;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
@@ -65,8 +65,8 @@ struct CpuPicture {
 /// What a viewport is to show.
 #[derive(Clone, Copy)]
 pub struct Shown<'a> {
-    /// The layer, also while there is no frame.
-    pub layer: Layer,
+    /// What the numbers are, also while there is no frame.
+    pub quantity: Quantity,
     /// Its numbers.
     pub planes: Option<&'a Arc<Planes>>,
     /// They are not what was asked for: faded, and labelled with these words.
@@ -101,9 +101,10 @@ impl Viewport {
         let dark = ui.visuals().dark_mode;
         let rect = ui.available_rect_before_wrap().round_to_pixels(ppp);
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
-        let label = match shown.layer {
-            Layer::Picture => "Picture".to_owned(),
-            layer => format!("Picture: {}", LayerLook::of(layer).name),
+        let label = if shown.quantity == Layer::Picture.into() {
+            "Picture".to_owned()
+        } else {
+            format!("Picture: {}", LayerLook::of(shown.quantity).name)
         };
         response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &label));
         let painter = ui.painter_at(rect);
@@ -143,7 +144,7 @@ impl Viewport {
         blind: &Blind,
     ) -> Result<Arc<Planes>, String> {
         if let Some((from, as_unit, without, planes)) = &self.planes {
-            let same = from.is(content) && planes.layer() == layer;
+            let same = from.is(content) && planes.quantity() == layer.into();
             if same && *as_unit == unit && without.as_ref().map(Arc::as_ptr) == blind.as_ref().map(Arc::as_ptr) {
                 return Ok(planes.clone());
             }
@@ -209,7 +210,9 @@ fn navigate(ui: &egui::Ui, response: &egui::Response, placement: &mut Placement,
     if response.double_clicked() {
         placement.fit();
     }
-    if response.dragged_by(egui::PointerButton::Primary) || response.dragged_by(egui::PointerButton::Middle) {
+    // With Shift a part is selected where that means something.
+    let pans = response.dragged_by(egui::PointerButton::Primary) && !ui.input(|input| input.modifiers.shift);
+    if pans || response.dragged_by(egui::PointerButton::Middle) {
         let delta = response.drag_delta();
         if delta != egui::Vec2::ZERO {
             placement.pan_by(&geometry(placement), delta);

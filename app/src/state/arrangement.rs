@@ -12,13 +12,15 @@ pub enum Arrangement {
     Wipe,
     /// Two in one place, the other one while Shift is held.
     Flip,
+    /// Two as one: the first against the second.
+    Difference,
     /// Four in a square.
     Four,
 }
 
 impl Arrangement {
     /// All of them, in the order shown to users.
-    pub const ALL: [Self; 5] = [Self::One, Self::Beside, Self::Wipe, Self::Flip, Self::Four];
+    pub const ALL: [Self; 6] = [Self::One, Self::Beside, Self::Wipe, Self::Flip, Self::Difference, Self::Four];
 
     /// The name on screen.
     pub fn name(self) -> &'static str {
@@ -27,6 +29,7 @@ impl Arrangement {
             Self::Beside => "Two side by side",
             Self::Wipe => "Two with a divider",
             Self::Flip => "Two, flipped by Shift",
+            Self::Difference => "Two, A against B",
             Self::Four => "Four pictures",
         }
     }
@@ -35,7 +38,7 @@ impl Arrangement {
     pub fn count(self) -> usize {
         match self {
             Self::One => 1,
-            Self::Beside | Self::Wipe | Self::Flip => 2,
+            Self::Beside | Self::Wipe | Self::Flip | Self::Difference => 2,
             Self::Four => 4,
         }
     }
@@ -43,7 +46,7 @@ impl Arrangement {
     /// Columns and rows of pictures.
     pub fn grid(self) -> [usize; 2] {
         match self {
-            Self::One | Self::Wipe | Self::Flip => [1, 1],
+            Self::One | Self::Wipe | Self::Flip | Self::Difference => [1, 1],
             Self::Beside => [2, 1],
             Self::Four => [2, 2],
         }

@@ -203,7 +203,7 @@ impl Document {
         let [two, four] = &mut self.aside;
         match arrangement {
             Arrangement::One => None,
-            Arrangement::Beside | Arrangement::Wipe | Arrangement::Flip => Some(two),
+            Arrangement::Beside | Arrangement::Wipe | Arrangement::Flip | Arrangement::Difference => Some(two),
             Arrangement::Four => Some(four),
         }
     }
@@ -217,7 +217,7 @@ impl Document {
         };
         match arrangement {
             Arrangement::One => vec![own],
-            Arrangement::Beside | Arrangement::Wipe | Arrangement::Flip => {
+            Arrangement::Beside | Arrangement::Wipe | Arrangement::Flip | Arrangement::Difference => {
                 let other = match own.estimator.strategy {
                     Strategy::Light => Strategy::Bsdf,
                     Strategy::Bsdf => Strategy::Light,

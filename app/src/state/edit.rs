@@ -9,6 +9,7 @@ use super::arrangement::Arrangement;
 use super::document::{Counted, Document, fit_strata};
 use super::history::EditKey;
 use super::view::{ToneMap, VarianceUnit, ViewState};
+use crate::look::versus::Versus;
 
 /// Where a picture stops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,6 +93,8 @@ pub enum Edit {
     SetMarkClipped(bool),
     /// Ends of the colour bar of the variance, as log10.
     SetVarianceRange([f32; 2]),
+    /// What of two pictures is shown.
+    SetVersus(Versus),
     /// What the variance is counted in, with the usual range of that.
     SetVarianceUnit(VarianceUnit),
     /// Exposure, offset, tone map back to the defaults.
@@ -129,6 +132,7 @@ impl Edit {
             Self::SetToneMap(_) => EditKey("tone map", 0),
             Self::SetMarkClipped(_) => EditKey("marks of clipped pixels", 0),
             Self::SetVarianceRange(_) => EditKey("variance range", 0),
+            Self::SetVersus(_) => EditKey("what is compared", 0),
             Self::SetVarianceUnit(_) => EditKey("unit of the variance", 0),
             Self::ResetView => EditKey("reset of the view", 0),
         }
@@ -165,6 +169,7 @@ impl Edit {
             | Self::SetVarianceRange(_)
             | Self::SetVarianceUnit(_)
             | Self::SetCounted(_)
+            | Self::SetVersus(_)
             | Self::ResetView => false,
         }
     }
@@ -256,6 +261,7 @@ impl Edit {
             Self::SetToneMap(tone_map) => document.view.tone_map = tone_map,
             Self::SetMarkClipped(on) => document.view.mark_clipped = on,
             Self::SetVarianceRange(range) => document.view.variance_range = range,
+            Self::SetVersus(versus) => document.view.versus = versus,
             Self::SetVarianceUnit(unit) if unit == document.view.variance_unit => {}
             Self::SetVarianceUnit(unit) => {
                 document.view.variance_unit = unit;

@@ -5,6 +5,7 @@ use mislab_renderer::{Heuristic, Layer, Lockstep, OneSampleWeights, SamplerKind,
 
 use crate::look::layer::LayerLook;
 use crate::look::names::{equal_name, heuristic_name, sampler_name, strategy_name, weights_name};
+use crate::look::versus::Versus;
 use crate::look::zoom::ZoomStep;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::{Command, Figure, Shipped};
@@ -53,6 +54,7 @@ pub fn bindings() -> Vec<Action> {
         layout("B", Key::B, Arrangement::Beside),
         layout("W", Key::W, Arrangement::Wipe),
         layout("H", Key::H, Arrangement::Flip),
+        layout("D", Key::D, Arrangement::Difference),
         layout("Q", Key::Q, Arrangement::Four),
         action("Layout", "Controls for the next picture", "X", PLAIN, Key::X, Command::ActivateNext),
         action("Layout", "Keep the picture, go on beside it", "K", PLAIN, Key::K, Command::Keep),
@@ -137,6 +139,9 @@ pub fn actions() -> Vec<Action> {
     }
     for tone_map in ToneMap::ALL {
         add("View", format!("Tone map: {}", tone_map.name()), Edit::SetToneMap(tone_map).into());
+    }
+    for versus in Versus::ALL {
+        add("View", format!("A against B: {}", versus.title()), Edit::SetVersus(versus).into());
     }
     for unit in VarianceUnit::ALL {
         add("View", format!("Unit of the variance: {}", unit.title()), Edit::SetVarianceUnit(unit).into());

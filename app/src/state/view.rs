@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::placement::Placement;
 use crate::look::layer::by_key;
+use crate::look::versus::Versus;
 
 /// From scene-linear light to the screen, after exposure and offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -135,6 +136,10 @@ pub struct ViewState {
     pub variance_range: [f32; 2],
     /// What it is counted in.
     pub variance_unit: VarianceUnit,
+    /// What of two pictures is shown.
+    pub versus: Versus,
+    /// Radiance at the upper end of the colour bar of a difference.
+    pub difference_range: f32,
     /// Zoom and pan.
     pub placement: Placement,
 }
@@ -148,6 +153,8 @@ impl Default for ViewState {
             mark_clipped: false,
             variance_range: VarianceUnit::default().default_range(),
             variance_unit: VarianceUnit::default(),
+            versus: Versus::default(),
+            difference_range: Self::DEFAULT_DIFFERENCE_RANGE,
             placement: Placement::Fit,
         }
     }
@@ -156,12 +163,24 @@ impl Default for ViewState {
 impl ViewState {
     /// Six decades about a variance of 0.1 of one sample.
     pub const DEFAULT_VARIANCE_RANGE: [f32; 2] = [-4.0, 2.0];
+    /// Bright plates of usual scenes have a radiance about 1.
+    pub const DEFAULT_DIFFERENCE_RANGE: f32 = 0.5;
     /// Exposure beyond this many stops either way is taken as this.
     pub const MAX_EV: f32 = 20.0;
 
     /// Exposure, offset, tone map, unit and range of the variance as they were at the start (R). Zoom stays.
     pub fn reset_display(&mut self) {
-        let Self { placement: _, exposure_ev, offset, tone_map, mark_clipped, variance_range, variance_unit } = self;
+        let Self {
+            placement: _,
+            versus: _,
+            exposure_ev,
+            offset,
+            tone_map,
+            mark_clipped,
+            variance_range,
+            variance_unit,
+            difference_range,
+        } = self;
         let default = Self::default();
         *exposure_ev = default.exposure_ev;
         *offset = default.offset;
@@ -169,6 +188,7 @@ impl ViewState {
         *mark_clipped = default.mark_clipped;
         *variance_range = default.variance_range;
         *variance_unit = default.variance_unit;
+        *difference_range = default.difference_range;
     }
 }
 

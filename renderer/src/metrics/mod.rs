@@ -1,6 +1,8 @@
-//! How far pictures are apart: the measures, over planes of floats. Two files compared are in `compare`.
+//! How far pictures are apart: the measures, over planes of floats. Two files compared are in `compare`, the noise of two
+//! pictures in [`ratio`].
 
 mod compare;
+pub mod ratio;
 mod resample;
 
 pub use compare::{Comparison, Difference, Maximum, compare, compare_resampled};

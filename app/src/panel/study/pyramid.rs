@@ -178,7 +178,7 @@ impl Open {
         let place = ui.available_rect_before_wrap();
         self.tiles.tile_ui(ui, index, place, &subject.document.view, part.name());
         if !LayerLook::of(part.layer()).is_colour() {
-            let key = Key { layer: part.layer(), view: &subject.document.view, here: None };
+            let key = Key { quantity: part.layer().into(), view: &subject.document.view, here: None };
             legend_overlay(ui, place, place, key);
         }
     }
@@ -204,7 +204,7 @@ impl Open {
             ui.scope(|ui| {
                 // In a hall its words would not fit under the bar.
                 sheet_type(ui);
-                legend_ui(ui, Key { layer: Layer::WeightLight, view, here: None });
+                legend_ui(ui, Key { quantity: Layer::WeightLight.into(), view, here: None });
             });
             ui.add_space(GRID);
             caption_that_fits(

@@ -115,7 +115,8 @@ impl Tiles {
         let mut view = ViewState { placement: self.placement, ..view.clone() };
         let shown = ui.scope_builder(UiBuilder::new().id_salt(("tile", index)).max_rect(place), |ui| {
             ui.set_clip_rect(place.intersect(ui.clip_rect()));
-            let shown = Shown { layer: tile.layer, planes: tile.planes.as_ref(), stale: tile.behind.then_some("") };
+            let shown =
+                Shown { quantity: tile.layer.into(), planes: tile.planes.as_ref(), stale: tile.behind.then_some("") };
             tile.viewport.ui(ui, &mut view, shown).response
         });
         self.placement = view.placement;

@@ -1,0 +1,137 @@
+//! How much noisier one picture is than another of the same pixels, with an interval.
+//!
+//! 1. *Ratio.* With V the variance of one sample of a pixel and k what a sample costs, R = sum of w V_A k_A over sum of
+//!    w V_B k_B over the pixels of a region. The weight w = 1 / m^2 makes variances relative; m is the mean luminance of both
+//!    pictures over the block of 32 x 32 pixels: where it is of few pixels, a bright sample lowers its own weight.
+//! 2. *Its error.* By the delta method log R has the variance of the sum of u = w V_A k_A / S_A - w V_B k_B / S_B (S: the sums). The
+//!    pixels are independent of each other, but no two have the same V. What varies by chance is told from what varies over the
+//!    picture by successive differences (von Neumann et al. 1941): E (u_i - u_j)^2 = var u_i + var u_j for neighbours, and a
+//!    little more where V changes from one to the next. Common random numbers of A and B are in u already.
+//! 3. *Its distribution.* Student's, with the degrees of freedom of a sum of squares (Satterthwaite 1946):
+//!    3 (sum d^2)^2 / sum d^4. A few bright samples among many pixels leave few, and below [`Ratio::LEAST_FREEDOM`] nothing is claimed.
+
+use statrs::distribution::{ContinuousCDF as _, StudentsT};
+
+use super::Region;
+
+/// Side of the blocks that means are taken over, in pixels.
+const BLOCK: usize = 32;
+
+/// What is known about the noise of a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Noise<'a> {
+    /// Mean luminance of each pixel, row by row.
+    pub mean: &'a [f32],
+    /// Variance of the luminance of one sample of each pixel. What is not finite is left out.
+    pub variance: &'a [f32],
+    /// What a sample costs, in whatever the pictures are compared by.
+    pub cost: f64,
+}
+
+/// The noise of a picture A over that of a picture B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    log: f64,
+    standard_error: f64,
+    freedom: f64,
+}
+
+impl Ratio {
+    /// With fewer degrees of freedom the tails are too heavy to say anything: with 40, bands of 95 % were measured to hold
+    /// the truth in 89 of 100 cases, since the rarest samples are missing from the error, too.
+    pub const LEAST_FREEDOM: f64 = 100.0;
+    /// One looks many times while pictures converge: what is called distinguishable is so at 99 %.
+    const CONFIDENCE: f64 = 0.99;
+
+    /// Of pictures of that `width`, over a region. `None` if either has no noise at all, or too few pixels.
+    ///
+    /// # Panics
+    /// If the planes differ in length, or the region reaches beyond them.
+    pub fn of(a: &Noise<'_>, b: &Noise<'_>, width: usize, region: &Region<'_>) -> Option<Self> {
+        let weights = block_weights(a.mean, b.mean, width);
+        let across = width.div_ceil(BLOCK);
+        let mut noises: Vec<[f64; 2]> = Vec::new();
+        region.each(a.mean.len(), |pixel| {
+            let weight = weights[pixel / width / BLOCK * across + pixel % width / BLOCK];
+            let [of_a, of_b] = [a, b].map(|noise| weight * f64::from(noise.variance[pixel]) * noise.cost);
+            if of_a.is_finite() && of_b.is_finite() {
+                noises.push([of_a, of_b]);
+            }
+        });
+        let sum = |i: usize| noises.iter().map(|noise| noise[i]).sum::<f64>();
+        let (sum_a, sum_b) = (sum(0), sum(1));
+        if sum_a <= 0.0 || sum_b <= 0.0 {
+            return None;
+        }
+        let (mut pairs, mut second, mut fourth) = (0.0, 0.0, 0.0);
+        for pair in noises.chunks_exact(2) {
+            let [u, v] = [pair[0], pair[1]].map(|[of_a, of_b]| of_a / sum_a - of_b / sum_b);
+            let squared = (u - v) * (u - v);
+            pairs += 1.0;
+            second += squared;
+            fourth += squared * squared;
+        }
+        // A last pixel without a neighbour counts as the others.
+        let standard_error = (second * noises.len() as f64 / (2.0 * pairs)).sqrt();
+        let freedom = if fourth > 0.0 { 3.0 * second * second / fourth } else { 0.0 };
+        (pairs > 0.0).then_some(Self { log: (sum_a / sum_b).ln(), standard_error, freedom })
+    }
+
+    /// The ratio: above 1, A is the noisier one.
+    pub fn value(&self) -> f64 {
+        self.log.exp()
+    }
+
+    /// Where the true ratio is with that probability (bands of 95 % were measured to hold 92 to 96 of 100); all numbers where the tails are too heavy.
+    pub fn interval(&self, confidence: f64) -> [f64; 2] {
+        let student = StudentsT::new(0.0, 1.0, self.freedom).ok().filter(|_| self.freedom >= Self::LEAST_FREEDOM);
+        let Some(student) = student else { return [0.0, f64::INFINITY] };
+        let half = student.inverse_cdf(0.5 + confidence / 2.0) * self.standard_error;
+        [self.log - half, self.log + half].map(f64::exp)
+    }
+
+    /// Whether the data say which of the two is noisier.
+    pub fn is_distinguishable(&self) -> bool {
+        let [low, high] = self.interval(Self::CONFIDENCE);
+        low > 1.0 || high < 1.0
+    }
+
+    /// What is sure of it, for people: "A is 2.3 × less noisy here (1.9 to 2.7)", the band being that of 95 %.
+    pub fn sentence(&self) -> String {
+        let [low, high] = self.interval(0.95);
+        if !self.is_distinguishable() {
+            return if self.freedom < Self::LEAST_FREEDOM {
+                "Not distinguishable yet: a few bright samples decide".to_owned()
+            } else {
+                format!("Not distinguishable yet (A over B: {} to {})", short(low), short(high))
+            };
+        }
+        let (name, ratio, [low, high]) = if self.log < 0.0 {
+            ("A", 1.0 / self.value(), [1.0 / high, 1.0 / low])
+        } else {
+            ("B", self.value(), [low, high])
+        };
+        format!("{name} is {} \u{d7} less noisy here ({} to {})", short(ratio), short(low), short(high))
+    }
+}
+
+/// Two digits, or all before the point.
+fn short(value: f64) -> String {
+    if value < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") }
+}
+
+/// 1 over the squared mean of both pictures, of each block of the plane; infinite where nothing has been hit.
+fn block_weights(a: &[f32], b: &[f32], width: usize) -> Vec<f64> {
+    let across = width.div_ceil(BLOCK);
+    let rows = a.len().div_ceil(width.max(1));
+    let mut sums = vec![[0.0, 0.0]; across * rows.div_ceil(BLOCK)];
+    for (pixel, (a, b)) in a.iter().zip(b).enumerate() {
+        let both = f64::from(*a) + f64::from(*b);
+        let [sum, count] = &mut sums[pixel / width / BLOCK * across + pixel % width / BLOCK];
+        if both.is_finite() {
+            *sum += both;
+            *count += 2.0;
+        }
+    }
+    sums.iter().map(|[sum, count]| (count / sum).powi(2)).collect()
+}
