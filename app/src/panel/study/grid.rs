@@ -67,7 +67,7 @@ impl Grid {
 /// Draws it over all that is left of `ui`.
 pub fn grid_ui(ui: &mut Ui, study: &mut Grid, subject: &Subject<'_>, out: &mut Vec<Command>) {
     let cells = study.axes.cells(&subject.document.active().estimator);
-    if study.shown.as_ref().is_none_or(|shown| shown.tiles.len() != cells.len()) {
+    if study.shown.as_ref().is_none_or(|shown| shown.tiles.count() != cells.len()) {
         study.shown = Some(Pictures::new(cells.len(), subject));
     }
     let Some(shown) = &mut study.shown else { return };

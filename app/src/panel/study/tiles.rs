@@ -58,7 +58,7 @@ impl Tiles {
     }
 
     /// How many.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.tiles.len()
     }
 
