@@ -3,6 +3,7 @@
 mod controls;
 mod files;
 mod lab;
+mod patterns;
 mod picture;
 mod place;
 mod several;

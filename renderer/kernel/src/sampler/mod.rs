@@ -22,7 +22,7 @@ use lattice::Lattice;
 pub use numbers::Numbers;
 use sobol::{scramble, sobol_1d, sobol_2d};
 use strata::{Order, Shuffle, Strata, nested};
-use strata_lattice::{StrataLattice, Turn};
+use strata_lattice::{Place, StrataLattice, Turn};
 use unit::{HALF, UNIT, in_stratum};
 
 /// What distinguishes the pixels of a packet, for one seed. Different pixels (of images up to
@@ -321,9 +321,7 @@ impl Sampler {
             }
             SamplerKind::Sobol => sobol_2d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
             SamplerKind::StrataLattice if dimension == Dimension::Pixel && !self.settings.jitter => {
-                let places = &self.strata_lattice.pixel;
-                let (k, row) = (which.of(l, &places.order), which.of(l, &places.row));
-                self.strata_lattice.centre(l, k, row, &pixels.turns[d])
+                self.strata_lattice.centre(l, &self.place(l, which, dimension), &pixels.turns[d])
             }
             SamplerKind::Lattice => [0, 1].map(
                 #[inline(always)]
@@ -376,13 +374,22 @@ impl Sampler {
         dimension: Dimension,
         axis: usize,
     ) -> L::F {
-        let lattice = &self.strata_lattice;
-        let places = if dimension == Dimension::Pixel { &lattice.pixel } else { &lattice.direction };
+        let place = self.place(l, which, dimension);
         let turn = &pixels.turns[dimension as usize];
-        if axis == 0 {
-            return lattice.x(l, which.of(l, &places.order), turn);
+        if axis == 0 { self.strata_lattice.x(l, &place, turn) } else { self.strata_lattice.y(l, &place, turn) }
+    }
+
+    /// Where a sample is in the lattice of strata.
+    #[inline(always)]
+    fn place<L: Lanes>(&self, l: L, which: Which<L>, dimension: Dimension) -> Place<L> {
+        let StrataLattice { pixel, direction, .. } = &self.strata_lattice;
+        let places = if dimension == Dimension::Pixel { pixel } else { direction };
+        Place {
+            column: which.of(l, &places.column),
+            slot: which.of(l, &places.slot),
+            row: which.of(l, &places.row),
+            slot_of_row: which.of(l, &places.slot_of_row),
         }
-        lattice.y(l, which.of(l, &places.row), which.of(l, &places.slot), turn)
     }
 
     /// 24 random bits as a number in [0, 2^24), uniform and independent over pixels, samples and dimensions.

@@ -1,64 +1,74 @@
 //! Permutations of the integers below n that take neighbours far apart.
 
-use super::sobol::pascal;
-use super::strata::Strata;
-use crate::lanes::{Single, Wrapping};
+use super::strata::{Strata, rotate};
+use crate::lanes::{Lanes, Mask, Real, SHORT, Uint};
 
-/// Fractions that multiples of spread evenly modulo 1: the golden section; and two for the plane, by powers of the plastic
-/// number (Roberts 2018).
+/// The golden and the silver section: their multiples spread evenly modulo 1.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-const PLASTIC: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-
-/// Up to here, golden permutations are ranks.
-const RANKS: usize = 16;
+const SILVER: f64 = std::f64::consts::SQRT_2 - 1.0;
 
 /// The golden permutation of n numbers: q goes to the rank of `q` times the golden section, modulo 1. Of more than
-/// [`RANKS`] it goes to `g q mod n` with g near the golden section of n, which needs no table.
+/// [`SHORT`] it goes to `g q mod n` with g near the golden section of n, which needs no table.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Golden {
-    ranks: [u32; RANKS],
+    ranks: [f32; SHORT],
     steps: Steps,
 }
 
 impl Golden {
     pub(super) fn new(n: u32) -> Self {
         let fraction = |q: u32| (f64::from(q) * GOLDEN).fract();
-        let mut ranks = [0; RANKS];
+        let mut ranks = [0.0; SHORT];
         for (q, rank) in ranks.iter_mut().enumerate().take(n as usize) {
-            *rank = (0..n.min(RANKS as u32)).filter(|&other| fraction(other) < fraction(q as u32)).count() as u32;
+            *rank = (0..n.min(SHORT as u32)).filter(|&other| fraction(other) < fraction(q as u32)).count() as f32;
         }
         Self { ranks, steps: Steps::new(GOLDEN, n) }
     }
 
-    /// Where q goes.
+    /// Where q goes by multiplication.
     pub(super) fn place(&self, q: u32) -> u32 {
-        if self.steps.n as usize <= RANKS { self.ranks[q as usize] } else { self.steps.place(q) }
+        self.steps.place(q)
+    }
+
+    /// Where `q + before` goes, `after` further; all modulo n. To multiply by g first makes no difference but of `after`,
+    /// which is random: so `place`, where q goes, does for many.
+    #[inline(always)]
+    pub(super) fn rotated<L: Lanes>(&self, l: L, [q, place]: [L::U; 2], before: L::U, after: L::U) -> L::F {
+        let n = self.steps.n;
+        if n as usize > SHORT {
+            return rotate(l, place, after, n).to_real();
+        }
+        let rank = l.lookup(&self.ranks, n as usize, rotate(l, q, before, n));
+        let sum = rank + after.to_real();
+        sum.lt(l.f(n as f32)).select(sum, sum - n as f32)
     }
 }
 
-/// Two orders of n things, each visiting all of them, unrelated to each other.
+/// An order to visit n strata in, such that those visited are far apart at any time; and another one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Orders {
     strata: Strata,
-    half: Steps,
-    whole: [Steps; 2],
+    steps: Steps,
+    other: Steps,
 }
 
 impl Orders {
     pub(super) fn new(n: u32) -> Self {
-        let whole = PLASTIC.map(|ratio| Steps::new(ratio, n));
-        Self { strata: Strata::new(n), half: Steps::new(PLASTIC[0], (n / 2).max(1)), whole }
+        let steps = Steps::new(GOLDEN, if n.is_multiple_of(2) { n / 2 } else { n });
+        Self { strata: Strata::new(n), steps, other: Steps::new(SILVER, n) }
     }
 
-    /// Which come i-th. In the first order the next one is half of all things further, where i is even and n is.
+    /// Which come i-th. If n is even, those numbered 2j and 2j + 1 in the first order are n / 2 apart.
     pub(super) fn place(&self, i: u32) -> [u32; 2] {
         let n = self.strata.n;
-        if n.is_power_of_two() {
-            // The first two dimensions of Sobol's points.
-            return [i, pascal(Single, Wrapping(i)).0].map(|i| self.strata.reversed(i));
-        }
-        let [first, second] = self.whole.map(|steps| steps.place(i));
-        if n.is_multiple_of(2) { [self.half.place(i / 2) + i % 2 * (n / 2), second] } else { [first, second] }
+        let first = if n.is_power_of_two() {
+            self.strata.reversed(i)
+        } else if n.is_multiple_of(2) {
+            self.steps.place(i / 2) + i % 2 * (n / 2)
+        } else {
+            self.steps.place(i)
+        };
+        [first, self.other.place(first)]
     }
 }
 

@@ -7,16 +7,16 @@
 //! x = k / N,      y = (s(k mod m) + t(k div m) / n) / m
 //! ```
 //!
-//! These are multi-jittered samples (Chiu, Shirley and Wang 1994), regular instead of random. Each pixel rotates k, the
-//! row and the slot in it by random numbers of its own, which keeps all of that and makes each sample uniform; in each
-//! round of N samples by others.
+//! These are multi-jittered samples (Chiu, Shirley and Wang 1994), regular instead of random. Each pixel rotates the columns,
+//! the slots in a column, the rows and the slots in a row by random numbers of its own, which keeps all of that and makes
+//! each sample uniform; in each round of N samples by others.
 
 use super::RUN;
 use super::hash::mix;
 use super::spread::{Golden, Orders};
 use super::strata::rotate;
 use super::unit::{HALF, in_stratum};
-use crate::lanes::{Lanes, Real, Uint};
+use crate::lanes::{Lanes, Uint};
 
 /// What the pixels have in common: for a run of samples, where each is before any pixel rotates it.
 #[derive(Clone, Copy, Debug)]
@@ -31,16 +31,18 @@ pub(super) struct StrataLattice {
     pub(super) pixel: Places,
 }
 
-/// By sample of a run: k, `s(k mod m)` and `t(k div m)`.
+/// By sample of a run: its column and slot there, `k div m` and `k mod m`, and where [`Golden`] takes either.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Places {
-    pub(super) order: [u32; RUN + 1],
-    pub(super) row: [u32; RUN + 1],
+    pub(super) column: [u32; RUN + 1],
     pub(super) slot: [u32; RUN + 1],
+    pub(super) row: [u32; RUN + 1],
+    pub(super) slot_of_row: [u32; RUN + 1],
 }
 
 impl Places {
-    const NOTHING: Self = Self { order: [0; RUN + 1], row: [0; RUN + 1], slot: [0; RUN + 1] };
+    const NOTHING: Self =
+        Self { column: [0; RUN + 1], slot: [0; RUN + 1], row: [0; RUN + 1], slot_of_row: [0; RUN + 1] };
 }
 
 impl StrataLattice {
@@ -57,49 +59,57 @@ impl StrataLattice {
         for i in 0..length as usize {
             let [direction, pixel] = self.orders.place(first + i as u32);
             for (places, k) in [(&mut self.direction, direction), (&mut self.pixel, pixel)] {
-                places.order[i] = k;
-                places.row[i] = self.rows.place(k % m);
-                places.slot[i] = self.columns.place(k / m);
+                (places.column[i], places.slot[i]) = (k / m, k % m);
+                (places.row[i], places.slot_of_row[i]) = (self.rows.place(k % m), self.columns.place(k / m));
             }
         }
     }
 
     /// The first number of a pixel's sample.
     #[inline(always)]
-    pub(super) fn x<L: Lanes>(&self, l: L, k: L::U, turn: &Turn<L>) -> L::F {
-        let n = self.strata[0] * self.strata[1];
-        in_stratum(l, rotate(l, k, turn.order, n).to_real(), n, turn.offset[0])
+    pub(super) fn x<L: Lanes>(&self, l: L, place: &Place<L>, turn: &Turn<L>) -> L::F {
+        let [n, m] = self.strata;
+        let column = rotate(l, place.column, turn.column, n).to_real();
+        let slot = rotate(l, place.slot, turn.slot, m).to_real();
+        in_stratum(l, column * m as f32 + slot, n * m, turn.offset[0])
     }
 
     /// The second number.
     #[inline(always)]
-    pub(super) fn y<L: Lanes>(&self, l: L, row: L::U, slot: L::U, turn: &Turn<L>) -> L::F {
+    pub(super) fn y<L: Lanes>(&self, l: L, place: &Place<L>, turn: &Turn<L>) -> L::F {
         let [n, m] = self.strata;
-        let row = rotate(l, row, turn.row, m).to_real();
-        let slot = rotate(l, slot, turn.slot, n).to_real();
+        let row = self.rows.rotated(l, [place.slot, place.row], turn.slot, turn.row);
+        let slot = self.columns.rotated(l, [place.column, place.slot_of_row], turn.column, turn.slot_of_row);
         in_stratum(l, row * n as f32 + slot, n * m, turn.offset[1])
     }
 
     /// The centre of the cell that a pixel's sample is in.
     #[inline(always)]
-    pub(super) fn centre<L: Lanes>(&self, l: L, k: L::U, row: L::U, turn: &Turn<L>) -> [L::F; 2] {
+    pub(super) fn centre<L: Lanes>(&self, l: L, place: &Place<L>, turn: &Turn<L>) -> [L::F; 2] {
         let [n, m] = self.strata;
-        let k = rotate(l, k, turn.order, n * m).to_real();
-        // The half keeps the quotient clear of integers.
-        let column = ((k + 0.5) * (1.0 / m as f32)).to_uint().to_real();
-        let row = rotate(l, row, turn.row, m).to_real();
-        let half = l.f(HALF);
-        [in_stratum(l, column, n, half), in_stratum(l, row, m, half)]
+        let column = rotate(l, place.column, turn.column, n).to_real();
+        let row = self.rows.rotated(l, [place.slot, place.row], turn.slot, turn.row);
+        [in_stratum(l, column, n, l.f(HALF)), in_stratum(l, row, m, l.f(HALF))]
     }
+}
+
+/// Of [`Places`], those of one sample of each pixel.
+#[derive(Clone, Copy)]
+pub(super) struct Place<L: Lanes> {
+    pub(super) column: L::U,
+    pub(super) slot: L::U,
+    pub(super) row: L::U,
+    pub(super) slot_of_row: L::U,
 }
 
 /// How a pixel rotates the lattice.
 #[derive(Clone, Copy)]
 pub(super) struct Turn<L: Lanes> {
-    /// 0 to N - 1, m - 1, n - 1.
-    order: L::U,
-    row: L::U,
+    /// 0 to n - 1, m - 1, m - 1, n - 1.
+    column: L::U,
     slot: L::U,
+    row: L::U,
+    slot_of_row: L::U,
     /// Where in the slots of both axes, in units of 2^-24: the same for all samples.
     offset: [L::F; 2],
 }
@@ -108,7 +118,8 @@ impl<L: Lanes> Turn<L> {
     /// None at all.
     #[inline(always)]
     pub(super) fn none(l: L) -> Self {
-        Self { order: l.u(0), row: l.u(0), slot: l.u(0), offset: [l.f(HALF); 2] }
+        let zero = l.u(0);
+        Self { column: zero, slot: zero, row: zero, slot_of_row: zero, offset: [l.f(HALF); 2] }
     }
 
     /// The one that the random bits of `key` name. Without `jitter` samples are in the middle of their slots.
@@ -121,6 +132,13 @@ impl<L: Lanes> Turn<L> {
         if jitter {
             offset = [(second >> 8).to_real(), (third >> 8).to_real()];
         }
-        Self { order: below(key >> 16, n * m), row: below(first >> 16, m), slot: below(first & l.u(0xffff), n), offset }
+        let low = l.u(0xffff);
+        Self {
+            column: below(key >> 16, n),
+            slot: below(key & low, m),
+            row: below(first >> 16, m),
+            slot_of_row: below(first & low, n),
+            offset,
+        }
     }
 }
