@@ -149,7 +149,7 @@ fn every_flag_is_heard() {
     assert_eq!(alpha("plate2"), Some(0.02), "not named");
     assert_eq!(alpha("plate4"), Some(0.0));
 
-    for sampler in ["stratified", "independent", "sobol"] {
+    for sampler in ["stratified", "independent", "sobol", "lattice", "strata_lattice"] {
         assert_eq!(place.json(&format!("{SMALL} --sampler {sampler}"))["sampler"], sampler);
     }
     for heuristic in ["balance", "power", "cutoff", "maximum"] {

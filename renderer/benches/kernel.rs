@@ -47,7 +47,12 @@ fn levels(bencher: Bencher<'_, '_>, (name, strategy): (&str, Strategy)) {
     tile(bencher, how, strategy, SamplerKind::Stratified);
 }
 
-#[divan::bench(args = SamplerKind::ALL)]
-fn samplers(bencher: Bencher<'_, '_>, kind: SamplerKind) {
-    tile(bencher, Lanewise::best(), Strategy::Mis, kind);
+/// Every sampler with every strategy.
+fn samplers_and_strategies() -> impl Iterator<Item = (SamplerKind, Strategy)> {
+    SamplerKind::ALL.into_iter().flat_map(|kind| Strategy::ALL.map(|strategy| (kind, strategy)))
+}
+
+#[divan::bench(args = samplers_and_strategies())]
+fn samplers(bencher: Bencher<'_, '_>, (kind, strategy): (SamplerKind, Strategy)) {
+    tile(bencher, Lanewise::best(), strategy, kind);
 }

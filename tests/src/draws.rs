@@ -35,7 +35,7 @@ impl<L: Lanes> Draws<L> {
         self.sampler.start(index, 1);
         self.sampler.enter(self.l, self.patch);
         self.sampler.turn(self.l, &mut self.pixels);
-        let mut numbers = Numbers::nothing(self.l);
+        let mut numbers = self.sampler.nothing(self.l);
         if self.techniques {
             numbers.set_technique(self.sampler.technique(self.l, 0, &self.pixels));
         }

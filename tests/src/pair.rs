@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{DVec3, Vec3};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, V3};
 use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
-use mislab_renderer::{SamplerKind, SamplerSettings};
+use mislab_renderer::{SamplerKind, SamplerSettings, Strategy};
 
 use crate::charts::Chart;
 use crate::chi_square::{LEAST_EXPECTED, Outcome, chi_square};
@@ -68,7 +68,7 @@ impl<P: Pair> Task for Draw<'_, P> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self, l: L) {
-        let mut sampler = Draws::new(l, self.settings, [true; Dimension::ALL.len()]);
+        let mut sampler = Draws::new(l, self.settings, Dimension::wanted(Strategy::MisAll, true, true));
         let mut lane = 0;
         while lane < PACKET as u32 {
             sampler.start(pixel_keys(l, self.seed, l.iota() + l.u(lane), l.u(7)), self.seed);

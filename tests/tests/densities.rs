@@ -19,7 +19,7 @@ use mislab_kernel::bsdf::{self, BuiltMaterial, Surface};
 use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, V3};
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_kernel::warp;
-use mislab_renderer::{Bsdf, Reflectance};
+use mislab_renderer::{Bsdf, Reflectance, SamplerKind, SamplerSettings};
 use mislab_tests::charts::{Chart, frame};
 use mislab_tests::chi_square::PValues;
 use mislab_tests::depth::is_deep;
@@ -277,6 +277,31 @@ fn warp_cases() -> Vec<Case<'static, WarpPair>> {
         ));
     }
     cases
+}
+
+/// One number chooses the light or the lobe, and what it leaves draws the direction.
+#[test]
+fn nested_choices_have_the_density_that_is_claimed() {
+    let lattice = SamplerSettings { kind: SamplerKind::Lattice, ..INDEPENDENT };
+    let lights: Vec<_> = [mixtures(), facets(), far_balls().split_off(20)]
+        .into_iter()
+        .flatten()
+        .map(|view| Case { settings: &lattice, ..light_case(view, 0) })
+        .collect();
+    let bsdfs = [("plastic of alpha 0.02", plastic(0.02), 60.0), ("plastic of alpha 0.5", plastic(0.5), 85.0)]
+        .map(|(name, bsdf, degrees)| Case { settings: &lattice, ..bsdf_case(name, &bsdf, degrees) });
+    let mut family = PValues::new("lattices against densities");
+    let found = in_parallel(lights.len() + bsdfs.len(), |i| match lights.get(i) {
+        Some(case) => check(case, 2000 + i as u32),
+        None => check(&bsdfs[i - lights.len()], 2000 + i as u32),
+    });
+    let mut count = 0;
+    for found in found.into_iter().flatten() {
+        assert!(found.excess.abs() <= INTEGRAL && found.stray.is_empty(), "{found:?}");
+        family.test(found.label, found.outcome);
+        count += 1;
+    }
+    family.judge(count);
 }
 
 #[test]

@@ -40,7 +40,8 @@ fn cases() -> Vec<(Arc<Scene>, Settings)> {
         for kind in SamplerKind::ALL {
             let base = settings(strategy);
             let sampler = SamplerSettings { kind, ..base.sampling.sampler };
-            let scene = if kind == SamplerKind::Sobol { &plastic } else { &veach };
+            let two_lobes = matches!(kind, SamplerKind::Sobol | SamplerKind::StrataLattice);
+            let scene = if two_lobes { &plastic } else { &veach };
             cases.push((scene.clone(), Settings { sampling: Sampling { sampler, ..base.sampling }, ..base }));
         }
     }
@@ -59,16 +60,21 @@ fn layer_bits(frame: &Frame, layer: Layer) -> Vec<u32> {
 fn one_sample_model_is_a_single_technique_at_the_ends_of_c() {
     for scene in [Arc::new(veach()), Arc::new(plastic())] {
         for (light_prob, single) in [(1.0, Strategy::Light), (0.0, Strategy::Bsdf)] {
-            let expected = render(&scene, &settings(single));
-            for heuristic in Heuristic::ALL {
-                let base = settings(Strategy::Mis);
+            for (kind, heuristic) in SamplerKind::ALL.into_iter().flat_map(|kind| Heuristic::ALL.map(|h| (kind, h))) {
+                let of = |strategy| {
+                    let base = settings(strategy);
+                    let sampler = SamplerSettings { kind, ..base.sampling.sampler };
+                    Settings { sampling: Sampling { sampler, ..base.sampling }, ..base }
+                };
+                let expected = render(&scene, &of(single));
+                let base = of(Strategy::Mis);
                 let mixed = Settings { estimator: Estimator { light_prob, heuristic, ..base.estimator }, ..base };
                 let frame = render(&scene, &mixed);
                 for layer in Layer::ALL {
                     assert_eq!(
                         layer_bits(&frame, layer),
                         layer_bits(&expected, layer),
-                        "c = {light_prob}, {}: {layer:?} differs from `{}`",
+                        "{kind:?}, c = {light_prob}, {}: {layer:?} differs from `{}`",
                         heuristic.name(),
                         single.name()
                     );
@@ -243,8 +249,8 @@ fn history_does_not_change_a_bit() {
 
 #[test]
 fn pictures_side_by_side_do_not_change_a_bit() {
-    let cases: Vec<_> = cases().into_iter().step_by(3).collect();
-    assert_eq!(cases.len(), 4, "one case of each strategy");
+    let cases: Vec<_> = cases().into_iter().step_by(1 + SamplerKind::ALL.len()).collect();
+    assert_eq!(cases.len(), 4, "one case of each strategy, with a sampler of its own");
     let renderer = Renderer::new(3, || {});
     let pictures: Vec<_> = cases.iter().map(|_| renderer.add_picture()).collect();
     for (picture, (scene, settings)) in pictures.iter().zip(&cases) {
@@ -332,13 +338,24 @@ fn samplers_agree_and_stratification_pays() {
             ("100 strata of 64", by(SamplerKind::Stratified, 100)),
             ("sobol", by(SamplerKind::Sobol, 64)),
             ("sobol, 23", by(SamplerKind::Sobol, 23)),
+            ("lattice", by(SamplerKind::Lattice, 64)),
+            ("lattice, 23", by(SamplerKind::Lattice, 23)),
+            ("lattice of strata", by(SamplerKind::StrataLattice, 64)),
+            ("lattice of strata, 23", by(SamplerKind::StrataLattice, 23)),
+            ("lattice of strata, 100 of 64", by(SamplerKind::StrataLattice, 100)),
         ] {
             let label = format!("{}, {label}", strategy.name());
             family.test(label, other.0, independent.0, independent.1.hypot(other.1));
+        }
+        // One number for all choices leaves less noise than one for each.
+        for nested in [SamplerKind::Lattice, SamplerKind::StrataLattice] {
+            let ratio = by(nested, 64).2 / stratified.2;
+            println!("{}: {} / stratified variance {ratio:.3}", strategy.name(), nested.name());
+            assert!(ratio < 0.8, "{}: {} leaves {ratio:.3} of the variance", strategy.name(), nested.name());
         }
         let ratio = stratified.2 / independent.2;
         println!("{}: stratified / independent variance {ratio:.3}", strategy.name());
         assert!(ratio < 0.8, "{}: stratification leaves {ratio:.3} of the variance", strategy.name());
     }
-    family.judge(15);
+    family.judge(30);
 }

@@ -559,7 +559,7 @@ fn replayed_samples_add_up_to_the_film_bit_for_bit_at_every_level() {
                 estimator: Estimator {
                     strategy,
                     light_prob: 0.4,
-                    heuristic: Heuristic::ALL[j],
+                    heuristic: Heuristic::ALL[j % Heuristic::ALL.len()],
                     ..Estimator::default()
                 },
                 sampling: Sampling { sampler, spp: NonZeroU32::new(SPP), seed: 7 },

@@ -54,7 +54,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "NAME", value_parser = names(Strategy::ALL.map(Strategy::name), Strategy::from_name))]
     pub(super) strategy: Option<Strategy>,
 
-    /// Samples per pixel; for the stratified sampler arranged as squarely as can be, 64 as 8 x 8
+    /// Samples per pixel; for stratified samplers arranged as squarely as can be, 64 as 8 x 8
     #[arg(long, value_name = "N", value_parser = at_least_one, allow_negative_numbers = true)]
     pub(super) spp: Option<NonZeroU32>,
 

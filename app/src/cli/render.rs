@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use mislab_renderer::black::why_black;
 use mislab_renderer::{
-    Estimator, Frame, FrameStats, ImageSettings, PixelRect, Request, SamplerKind, SamplerSettings, Sampling, Scene,
-    Settings,
+    Estimator, Frame, FrameStats, ImageSettings, PixelRect, Request, SamplerSettings, Sampling, Scene, Settings,
 };
 use serde::Serialize;
 
@@ -159,7 +158,7 @@ impl Report {
         let Sampling { sampler, seed, spp: _ } = sampling;
         let ImageSettings { resolution, crop: _ } = image;
         let PixelRect { min, max } = frame.bounds();
-        let is_stratified = sampler.kind == SamplerKind::Stratified;
+        let is_stratified = sampler.kind.has_strata();
         Self {
             scene: input.source.clone(),
             outfile: outfile.path().display().to_string(),

@@ -55,5 +55,7 @@ pub fn sampler_name(kind: SamplerKind) -> &'static str {
         SamplerKind::Stratified => "Stratified",
         SamplerKind::Independent => "Random",
         SamplerKind::Sobol => "Sobol",
+        SamplerKind::Lattice => "Lattice",
+        SamplerKind::StrataLattice => "Stratified lattice",
     }
 }

@@ -37,11 +37,14 @@ pub fn samples_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
     let (sampling, defaults) = (&document.sampling(), &document.opened.settings.sampling);
     title(ui, "Samples");
     let samplers = SamplerKind::ALL.map(|s| (s, sampler_name(s)));
-    let picked = segmented(ui, "Sampler", sampling.sampler.kind, &samplers, true, &sampler_hint);
-    out.extend(picked.map(|kind| Edit::SetSampler(kind).into()));
+    // Two rows: those with a number for each choice, those with one for all.
+    for row in samplers.chunk_by(|(a, _), (b, _)| a.is_nested() == b.is_nested()) {
+        let picked = segmented(ui, "Sampler", sampling.sampler.kind, row, true, &sampler_hint);
+        out.extend(picked.map(|kind| Edit::SetSampler(kind).into()));
+    }
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
         spp_combo(ui, sampling, out);
-        let stratified = sampling.sampler.kind == SamplerKind::Stratified;
+        let stratified = sampling.sampler.kind.has_strata();
         let mut jitter = sampling.sampler.jitter;
         let response = ui
             .add_enabled(stratified, egui::Checkbox::new(&mut jitter, "jitter"))
@@ -155,7 +158,7 @@ pub fn pace_ui(ui: &mut Ui, pacing: &Pacing, out: &mut Vec<Command>) {
 
 fn spp_combo(ui: &mut Ui, sampling: &Sampling, out: &mut Vec<Command>) {
     let current = sampling.spp.map_or(SppTarget::Endless, SppTarget::Passes);
-    let stratified = sampling.sampler.kind == SamplerKind::Stratified;
+    let stratified = sampling.sampler.kind.has_strata();
     let width = ui.available_width() - 88.0;
     let response = ComboBox::from_id_salt("spp")
         .width(width)
@@ -201,6 +204,16 @@ fn sampler_hint(ui: &mut Ui, kind: SamplerKind) {
         SamplerKind::Stratified => ("One sample in each cell of a grid, in a random order per pixel.", "stratified"),
         SamplerKind::Independent => ("Every sample independent of the others.", "random"),
         SamplerKind::Sobol => ("Owen-scrambled Sobol points.", "sobol"),
+        SamplerKind::Lattice => (
+            "A lattice that grows: any number of samples is spread evenly. One number chooses technique, light or lobe \
+            and, with what is left of it, the direction.",
+            "lattice",
+        ),
+        SamplerKind::StrataLattice => (
+            "One sample in each cell of a grid, and one in each row and column of a grid as fine as there are samples. One \
+            number chooses technique, light or lobe and, with what is left of it, the direction.",
+            "strata_lattice",
+        ),
     };
     let remark = format!("In a scene file: Sampler \"{file}\"; on the command line: {}", kind.name());
     hint::lines(ui, what, &[&remark]);

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use mislab_renderer::pbrt::SceneFile;
 use mislab_renderer::{
-    Diagnostic, Estimator, Geometry, ImageSettings, Layer, Lockstep, Request, SamplerKind, SamplerSettings, Sampling,
-    Scene, Settings, Strategy,
+    Diagnostic, Estimator, Geometry, ImageSettings, Layer, Lockstep, Request, SamplerSettings, Sampling, Scene,
+    Settings, Strategy,
 };
 
 use super::arrangement::Arrangement;
@@ -346,8 +346,9 @@ impl Document {
 /// A stratified pattern has as many strata as the picture has samples, so that the whole of it is
 /// used; other samplers keep theirs, which has no effect on them.
 pub(super) fn fit_strata(sampler: &mut SamplerSettings, spp: Option<NonZeroU32>) {
-    let (SamplerKind::Stratified, Some(spp)) = (sampler.kind, spp) else { return };
-    if u64::from(sampler.strata[0]) * u64::from(sampler.strata[1]) != u64::from(spp.get()) {
+    let Some(spp) = spp else { return };
+    if sampler.kind.has_strata() && u64::from(sampler.strata[0]) * u64::from(sampler.strata[1]) != u64::from(spp.get())
+    {
         sampler.strata = SamplerSettings::strata_for(spp.get());
     }
 }

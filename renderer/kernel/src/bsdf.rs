@@ -225,13 +225,8 @@ pub fn evaluate_mirror<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>) -> BsdfVal
 /// [`evaluate`]; or a mirror's direction, see [`evaluate_mirror`], where the mask says so.
 #[inline(always)]
 pub fn sample<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>) -> (V3<L>, L::M) {
-    let u = random.get_2d(Dimension::Bsdf);
     let m = s.material;
-    let specular_prob = l.f(m.specular_prob());
-    let mut from_specular = l.m(m.has_specular);
-    if m.has_two_lobes() {
-        from_specular = random.get_1d(Dimension::Lobe).lt(specular_prob);
-    }
+    let (from_specular, u) = choose_lobe(l, m, random);
     let cos_o = s.n.dot(wo);
     let (mut wi, mut dirac) = (s.n, l.m(false));
 
@@ -254,6 +249,15 @@ pub fn sample<L: Lanes>(l: L, s: &Surface<'_, L>, wo: V3<L>, random: &Numbers<L>
         wi = V3::select(dirac, s.n * (cos_o * 2.0) - wo, wi);
     }
     (wi, dirac)
+}
+
+/// Which lobe of those that the material has, the specular one where true; and the numbers for a direction in it.
+#[inline(always)]
+pub(crate) fn choose_lobe<L: Lanes>(l: L, m: &BuiltMaterial, random: &Numbers<L>) -> (L::M, [L::F; 2]) {
+    if m.has_two_lobes() {
+        return random.choose_lobe(l, m.specular_prob());
+    }
+    (l.m(m.has_specular), random.get_2d(Dimension::Bsdf))
 }
 
 /// `sqrt(alpha^2 + (1 - alpha^2) cos^2)`: Smith's Lambda is `(s / cos - 1) / 2`.

@@ -72,13 +72,14 @@ pub(super) fn film(kind: &str, mut params: Params, at: Pos, s: &mut Settings, lo
 
 /// Sampler, and with it the samples per pixel.
 pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings, log: &mut Log) -> Result<(), Error> {
-    if kind == "stratified" {
+    let of_strata = SamplerKind::from_name(kind).filter(|kind| kind.has_strata());
+    if let Some(kind) = of_strata {
         let strata = [
             params.integer("xsamples", 1..=SamplerSettings::MAX_STRATA, log)?.map_or(4, |v| v.value),
             params.integer("ysamples", 1..=SamplerSettings::MAX_STRATA, log)?.map_or(4, |v| v.value),
         ];
         let jitter = params.boolean("jitter", log)?.unwrap_or(true);
-        s.sampling.sampler = SamplerSettings { kind: SamplerKind::Stratified, strata, jitter };
+        s.sampling.sampler = SamplerSettings { kind, strata, jitter };
         check(s, params.position("xsamples").unwrap_or(at), log)?;
         s.sampling.spp = NonZeroU32::new(strata[0] * strata[1]);
         params.refuse_near_misses(log)?;
@@ -88,6 +89,7 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
     let (sampler, default_spp) = match kind {
         "random" => (SamplerKind::Independent, 4),
         "sobol" => (SamplerKind::Sobol, DEFAULT_SPP),
+        "lattice" => (SamplerKind::Lattice, DEFAULT_SPP),
         "halton" | "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             log.warn(at, format!("Sampler {}: Owen-scrambled Sobol points are used instead", shown(kind)));
             (SamplerKind::Sobol, DEFAULT_SPP)
@@ -105,8 +107,10 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
             (SamplerKind::Independent, DEFAULT_SPP)
         }
         _ => {
-            let message =
-                format!("Sampler {}, expected stratified, random or sobol; independent samples are used", shown(kind));
+            let message = format!(
+                "Sampler {}, expected stratified, random, sobol, lattice or strata_lattice; independent samples are used",
+                shown(kind)
+            );
             log.warn(at, message);
             (SamplerKind::Independent, DEFAULT_SPP)
         }

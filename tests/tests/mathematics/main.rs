@@ -8,6 +8,7 @@ mod estimator;
 mod films;
 mod formulas;
 mod heuristics;
+mod lattices;
 mod lights;
 mod numbers;
 mod once;

@@ -117,7 +117,7 @@ fn numbers_of_the_other_technique_are_left_alone() {
             sampler.start(4, 1);
             sampler.enter(Single, once::patch(3, 5, 9));
             sampler.turn(Single, &mut pixels);
-            let mut numbers = Numbers::nothing(Single);
+            let mut numbers = sampler.nothing(Single);
             sampler.draw(Single, Which { sample: 0, next: false }, &pixels, asked, &mut numbers);
             let drawn = |dimension| match dimension {
                 Dimension::Pixel => true,
@@ -226,7 +226,7 @@ fn runs_hold_the_samples_that_come_alone() {
                 sampler.enter(Single, patch);
                 sampler.turn(Single, &mut pixels);
                 for i in 0..length {
-                    let mut numbers = Numbers::nothing(Single);
+                    let mut numbers = sampler.nothing(Single);
                     numbers.set_technique(sampler.technique(Single, i as usize, &pixels));
                     let which = Which { sample: i as usize, next: false };
                     sampler.draw(Single, which, &pixels, PerTechnique::BOTH, &mut numbers);

@@ -81,6 +81,20 @@ fn samplers() {
     );
     let s = settings("Sampler \"sobol\" \"integer pixelsamples\" [32]");
     assert_eq!((s.sampling.sampler.kind, s.sampling.spp.map(|n| n.get())), (SamplerKind::Sobol, Some(32)));
+    let s = settings("Sampler \"lattice\" \"integer pixelsamples\" [32]");
+    assert_eq!((s.sampling.sampler.kind, s.sampling.spp.map(|n| n.get())), (SamplerKind::Lattice, Some(32)));
+    let s = settings(
+        "Sampler \"strata_lattice\" \"bool jitter\" \"false\" \"integer xsamples\" [3] \"integer ysamples\" 5",
+    );
+    assert_eq!(
+        (
+            s.sampling.sampler.kind,
+            s.sampling.sampler.strata,
+            s.sampling.sampler.jitter,
+            s.sampling.spp.map(|n| n.get())
+        ),
+        (SamplerKind::StrataLattice, [3, 5], false, Some(15))
+    );
     for other in ["halton", "02sequence", "lowdiscrepancy", "maxmindist"] {
         let file = parse(&format!(
             "Sampler \"{other}\" \"integer pixelsamples\" [32]\nCamera \"perspective\" WorldBegin WorldEnd"

@@ -126,7 +126,8 @@ impl<L: Lanes> Point<'_, L> {
     /// One of the two: the light technique with probability c.
     #[inline(always)]
     fn draw_either(&self, u: &Numbers<L>) -> Draw<L> {
-        self.draw_where(drawn_by_light(self.view.l, self.estimator, u.get_1d(Dimension::Technique)), u)
+        let (by_light, u) = choose_technique(self.view.l, self.estimator, u);
+        self.draw_where(by_light, &u)
     }
 
     /// The light technique where true, the BSDF technique elsewhere.
@@ -209,6 +210,13 @@ fn technique_probs(estimator: &Estimator) -> PerTechnique<f32> {
 #[inline(always)]
 pub fn drawn_by_light<L: Lanes>(l: L, estimator: &Estimator, technique: L::F) -> L::M {
     technique.lt(l.f(technique_probs(estimator).light))
+}
+
+/// That, and the numbers that are left for the direction.
+#[inline(always)]
+pub(crate) fn choose_technique<L: Lanes>(l: L, estimator: &Estimator, u: &Numbers<L>) -> (L::M, Numbers<L>) {
+    let by_light = drawn_by_light(l, estimator, u.get_1d(Dimension::Technique));
+    (by_light, u.after_technique(l, by_light, technique_probs(estimator).light))
 }
 
 impl<L: Lanes> Draw<L> {

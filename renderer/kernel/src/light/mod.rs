@@ -16,7 +16,7 @@ use crate::geometry::bounds::{ball_box, facet_box};
 use crate::geometry::list::{self, List};
 use crate::geometry::shape::{self, Ball, BallLanes, Facet, FacetLanes};
 use crate::lanes::{Lanes, Mask, Place, Real, SHORT, Uint, V3};
-use crate::sampler::{Dimension, Numbers};
+use crate::sampler::Numbers;
 use crate::stop::{Stop, Stopped};
 use crate::warp;
 pub use built::{BuiltLight, LightShape};
@@ -213,8 +213,7 @@ impl Lights {
         if n == 0 {
             return Aim::nowhere(l);
         }
-        let u = random.get_2d(Dimension::Light);
-        let choice = self.number(l, random.get_1d(Dimension::LightChoice) * n as f32);
+        let (choice, u) = random.choose_light(l, n);
         if n <= SHORT && !self.tables.any_facet {
             return self.sample_one::<L, true>(l, p, u, choice);
         }
@@ -262,13 +261,6 @@ impl Lights {
             faces = (is_ball & faces) | (!is_ball & normal.dot(point).lt(l.f(0.0)));
         }
         Aim { wi, valid: faces, choice, to }
-    }
-
-    /// The number of the light that was chosen by a number in [0, n), or n by rounding.
-    #[inline(always)]
-    fn number<L: Lanes>(&self, l: L, chosen: L::F) -> L::U {
-        let (drawn, last) = (chosen.to_uint(), l.u(self.list.len() as u32 - 1));
-        drawn.lt(last).select_u(drawn, last)
     }
 
     /// First light surface of the list that each ray hits: distance, index, and the radiance it

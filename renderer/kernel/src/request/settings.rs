@@ -131,11 +131,15 @@ pub enum SamplerKind {
     Independent,
     /// Owen-scrambled Sobol points (Burley 2020).
     Sobol,
+    /// A lattice that grows: any number of samples is spread evenly.
+    Lattice,
+    /// A lattice with one sample in each of n x m strata, and one in each of n m slots of either axis.
+    StrataLattice,
 }
 
 impl SamplerKind {
     /// All samplers, in the order shown to users.
-    pub const ALL: [Self; 3] = [Self::Stratified, Self::Independent, Self::Sobol];
+    pub const ALL: [Self; 5] = [Self::Stratified, Self::Independent, Self::Sobol, Self::Lattice, Self::StrataLattice];
 
     /// The name on the command line and in JSON.
     pub fn name(self) -> &'static str {
@@ -143,6 +147,8 @@ impl SamplerKind {
             Self::Stratified => "stratified",
             Self::Independent => "independent",
             Self::Sobol => "sobol",
+            Self::Lattice => "lattice",
+            Self::StrataLattice => "strata_lattice",
         }
     }
 
@@ -150,9 +156,26 @@ impl SamplerKind {
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|s| s.name() == name)
     }
+
+    /// True if `strata` and `jitter` matter: the pattern is one of n x m samples, repeated.
+    pub fn has_strata(self) -> bool {
+        match self {
+            Self::Stratified | Self::StrataLattice => true,
+            Self::Independent | Self::Sobol | Self::Lattice => false,
+        }
+    }
+
+    /// True if one number chooses technique, light or lobe and, with what they leave of it, the direction. The
+    /// others have a number of its own for every choice (*padding*), as pbrt has.
+    pub fn is_nested(self) -> bool {
+        match self {
+            Self::Lattice | Self::StrataLattice => true,
+            Self::Stratified | Self::Independent | Self::Sobol => false,
+        }
+    }
 }
 
-/// Sampler and its parameters. `strata` and `jitter` matter to [`SamplerKind::Stratified`] only.
+/// Sampler and its parameters. `strata` and `jitter` matter where [`SamplerKind::has_strata`] says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct SamplerSettings {
     /// The pattern.

@@ -3,66 +3,28 @@
 //! No state is carried from sample to sample, so that pixels, samples and techniques may be
 //! computed in any order, on any thread, skipped or replayed, and give the same bits.
 
+mod dimension;
 pub mod hash;
+mod lattice;
+mod numbers;
 mod sobol;
+mod spread;
 mod strata;
+mod strata_lattice;
 mod unit;
 
 use crate::lanes::{Lanes, Mask, PACKET, Real, Uint};
-use crate::request::{PerTechnique, SamplerKind, SamplerSettings, Strategy};
+use crate::request::{PerTechnique, SamplerKind, SamplerSettings};
+pub use dimension::Dimension;
+use dimension::STREAMS;
 use hash::{mix, mix_on, mix_one};
+use lattice::Lattice;
+pub use numbers::Numbers;
 use sobol::{scramble, sobol_1d, sobol_2d};
 use strata::{Order, Shuffle, Strata, nested};
+use strata_lattice::{Place, StrataLattice, Turn};
 use unit::{HALF, UNIT, in_stratum};
 
-/// What a random number is for. The same technique finds the same numbers in every strategy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Dimension {
-    /// Position in the pixel (2).
-    Pixel = 0,
-    /// Which technique, in the one-sample model (1).
-    Technique = 1,
-    /// Which light (1).
-    LightChoice = 2,
-    /// Point or direction on the light (2).
-    Light = 3,
-    /// Which lobe of the BSDF (1).
-    Lobe = 4,
-    /// Direction in the lobe (2).
-    Bsdf = 5,
-}
-
-impl Dimension {
-    /// All dimensions, by number.
-    pub const ALL: [Self; 6] = [Self::Pixel, Self::Technique, Self::LightChoice, Self::Light, Self::Lobe, Self::Bsdf];
-
-    /// By dimension, whether a strategy asks for it, where there is more than one light to choose
-    /// from (`lights`) and a surface with more than one lobe (`lobes`).
-    pub fn wanted(strategy: Strategy, lights: bool, lobes: bool) -> [bool; Self::ALL.len()] {
-        let draws = strategy.draws();
-        Self::ALL.map(|dimension| match dimension {
-            Self::Pixel => true,
-            Self::Technique => strategy == Strategy::Mis,
-            Self::LightChoice => draws.light && lights,
-            Self::Light => draws.light,
-            Self::Lobe => draws.bsdf && lobes,
-            Self::Bsdf => draws.bsdf,
-        })
-    }
-}
-/// By dimension: what sets the streams of random numbers apart, and which number of its stream's pair a dimension of
-/// one number takes.
-const STREAMS: [(u32, usize); Dimension::ALL.len()] = {
-    let mut streams = [(0, 0); Dimension::ALL.len()];
-    let mut i = 0;
-    while i < streams.len() {
-        streams[i].0 = mix_one(0x632b_e5ab ^ i as u32);
-        i += 1;
-    }
-    // Every strategy that asks for a technique chooses a light as well: two numbers for one.
-    streams[Dimension::LightChoice as usize] = (streams[Dimension::Technique as usize].0, 1);
-    streams
-};
 /// What distinguishes the pixels of a packet, for one seed. Different pixels (of images up to
 /// 65536 squared) have different keys.
 #[inline(always)]
@@ -74,36 +36,6 @@ pub fn pixel_keys<L: Lanes>(l: L, seed: u32, x: L::U, y: L::U) -> L::U {
 /// What distinguishes the patch whose first pixel is (x, y), for one seed.
 pub fn patch_key(seed: u32, [x, y]: [u32; 2]) -> u32 {
     mix_one(mix_one((y << 16) | x) ^ mix_one(seed ^ 0x85eb_ca6b))
-}
-
-/// The random numbers of one sample, by dimension.
-#[derive(Clone, Copy)]
-pub struct Numbers<L: Lanes>([[L::F; 2]; Dimension::ALL.len()]);
-
-impl<L: Lanes> Numbers<L> {
-    /// Nothing but zeros.
-    #[inline(always)]
-    pub fn nothing(l: L) -> Self {
-        Self([[l.f(0.0); 2]; Dimension::ALL.len()])
-    }
-
-    /// One number in [0, 1).
-    #[inline(always)]
-    pub fn get_1d(&self, dimension: Dimension) -> L::F {
-        self.0[dimension as usize][0]
-    }
-
-    /// A point in the unit square [0, 1)^2.
-    #[inline(always)]
-    pub fn get_2d(&self, dimension: Dimension) -> [L::F; 2] {
-        self.0[dimension as usize]
-    }
-
-    /// Puts the number that says which technique.
-    #[inline(always)]
-    pub fn set_technique(&mut self, number: L::F) {
-        self.0[Dimension::Technique as usize][0] = number;
-    }
 }
 
 /// Which sample of a run to draw.
@@ -131,7 +63,7 @@ type Table = [u32; RUN + 1];
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     settings: SamplerSettings,
-    /// By dimension: whether anybody asks for it.
+    /// By dimension: whether it has numbers of its own that anybody asks for.
     wanted: [bool; COUNT],
     /// The patch's own.
     key: u32,
@@ -145,6 +77,8 @@ pub struct Sampler {
     strata: Strata,
     /// By dimension: the stratum that comes with each sample of the run, before each pixel shuffles it.
     order: [Table; COUNT],
+    lattice: Lattice,
+    strata_lattice: StrataLattice,
 }
 
 /// Most samples of a run.
@@ -159,8 +93,10 @@ pub struct Pixels<L: Lanes> {
     keys: L::U,
     /// By dimension: how the strata are shuffled.
     shuffles: [Shuffle<L>; COUNT],
-    /// By dimension: how Sobol points are scrambled.
+    /// By dimension: how Sobol points are scrambled, and, the last two, how a lattice is shifted.
     scrambles: [[L::U; 3]; COUNT],
+    /// By dimension: how a lattice of strata is rotated.
+    turns: [Turn<L>; COUNT],
 }
 
 impl<L: Lanes> Pixels<L> {
@@ -168,7 +104,8 @@ impl<L: Lanes> Pixels<L> {
     #[inline(always)]
     pub fn new(l: L, keys: L::U) -> Self {
         let still = Shuffle { key: l.u(0), factor: l.u(1), shift: l.u(0) };
-        Self { keys, shuffles: [still; COUNT], scrambles: [[l.u(0); 3]; COUNT] }
+        let (shuffles, scrambles) = ([still; COUNT], [[l.u(0); 3]; COUNT]);
+        Self { keys, shuffles, scrambles, turns: [Turn::none(l); COUNT] }
     }
 
     /// Others, not turned yet.
@@ -181,9 +118,11 @@ impl<L: Lanes> Pixels<L> {
 impl Sampler {
     /// A sampler for the dimensions that are wanted.
     pub fn new(settings: &SamplerSettings, wanted: [bool; COUNT]) -> Self {
+        let kind = settings.kind;
+        let rows_and_columns = if kind == SamplerKind::StrataLattice { settings.strata } else { [1; 2] };
         Self {
             settings: *settings,
-            wanted,
+            wanted: if kind.is_nested() { Dimension::once_nested(wanted) } else { wanted },
             key: 0,
             first: 0,
             round: 0,
@@ -191,7 +130,15 @@ impl Sampler {
             reversed: [0; RUN + 1],
             strata: Strata::new(settings.strata[0] * settings.strata[1]),
             order: [[0; RUN + 1]; COUNT],
+            lattice: Lattice::NOTHING,
+            strata_lattice: StrataLattice::new(rows_and_columns),
         }
+    }
+
+    /// Room for the numbers of a sample, all of them zero.
+    #[inline(always)]
+    pub fn nothing<L: Lanes>(&self, l: L) -> Numbers<L> {
+        Numbers::nothing(l, self.settings.kind.is_nested())
     }
 
     /// Turns to samples number `first` and after, in any patch. Returns how many the run holds, 1 to [`RUN`]: no
@@ -201,21 +148,26 @@ impl Sampler {
         let n = self.strata.n;
         let mut length = left.min(RUN as u32);
         self.first = first;
-        if self.settings.kind == SamplerKind::Stratified {
+        if self.settings.kind.has_strata() {
             self.round = first / n;
             length = length.min(n - first % n);
         }
-        if self.settings.kind == SamplerKind::Sobol {
-            for (i, reversed) in self.reversed.iter_mut().enumerate().take(length as usize) {
-                *reversed = (first + i as u32).reverse_bits();
-            }
-        } else {
-            for (d, counters) in self.counters.iter_mut().enumerate().filter(|(d, _)| self.wanted[*d]) {
-                for (i, counter) in counters.iter_mut().enumerate().take(length as usize) {
-                    // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
-                    *counter = mix_one(first.wrapping_add(i as u32) ^ STREAMS[d].0);
+        match self.settings.kind {
+            SamplerKind::Independent | SamplerKind::Stratified => {
+                for (d, counters) in self.counters.iter_mut().enumerate().filter(|(d, _)| self.wanted[*d]) {
+                    for (i, counter) in counters.iter_mut().enumerate().take(length as usize) {
+                        // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
+                        *counter = mix_one(first.wrapping_add(i as u32) ^ STREAMS[d].0);
+                    }
                 }
             }
+            SamplerKind::Sobol => {
+                for (i, reversed) in self.reversed.iter_mut().enumerate().take(length as usize) {
+                    *reversed = (first + i as u32).reverse_bits();
+                }
+            }
+            SamplerKind::Lattice => self.lattice.start(first, length),
+            SamplerKind::StrataLattice => self.strata_lattice.start(first % n, length),
         }
         length
     }
@@ -268,6 +220,14 @@ impl Sampler {
                 SamplerKind::Sobol => {
                     pixels.scrambles[d] = scramble(l, mix(l, keys ^ l.u(mix_one(0x51ed_270b ^ dimension as u32))));
                 }
+                SamplerKind::Lattice => {
+                    let place = self.place_of(dimension) as u32;
+                    pixels.scrambles[d] = scramble(l, mix(l, keys ^ l.u(mix_one(0x2545_f491 ^ place))));
+                }
+                SamplerKind::StrataLattice => {
+                    let key = mix(l, keys ^ l.u(round_key(self.round, self.place_of(dimension))));
+                    pixels.turns[d] = Turn::new(l, key, self.settings.strata, self.settings.jitter);
+                }
             }
         }
     }
@@ -279,6 +239,19 @@ impl Sampler {
     #[inline(always)]
     fn alternates(&self, dimension: Dimension) -> bool {
         dimension == Dimension::Technique && self.strata.n.is_power_of_two()
+    }
+
+    /// The dimension whose random shift moves a lattice for this one. The first direction of a sample has the same
+    /// whichever technique draws it, so that the techniques share a pattern where only one of them is drawn.
+    #[inline(always)]
+    fn place_of(&self, dimension: Dimension) -> Dimension {
+        match dimension {
+            Dimension::Bsdf if self.wanted[Dimension::Light as usize] => Dimension::Bsdf,
+            Dimension::Technique | Dimension::LightChoice | Dimension::Light | Dimension::Lobe | Dimension::Bsdf => {
+                Dimension::Light
+            }
+            Dimension::Pixel => Dimension::Pixel,
+        }
     }
 
     /// The number that says which technique draws sample `i` of the run.
@@ -300,9 +273,8 @@ impl Sampler {
         numbers: &mut Numbers<L>,
     ) {
         for (dimension, drawn) in [(Dimension::LightChoice, drawn.light), (Dimension::Lobe, drawn.bsdf)] {
-            let d = dimension as usize;
-            if self.wanted[d] && drawn {
-                numbers.0[d][0] = self.number(l, which, pixels, dimension);
+            if self.wanted[dimension as usize] && drawn {
+                numbers.set_1d(dimension, self.number(l, which, pixels, dimension));
             }
         }
         for (dimension, drawn) in
@@ -310,29 +282,59 @@ impl Sampler {
         {
             let d = dimension as usize;
             if self.wanted[d] && drawn {
-                numbers.0[d] = match self.settings.kind {
-                    SamplerKind::Independent => {
-                        let [x, y] = self.pair_of_bits(l, which, pixels, d);
-                        [x * UNIT, y * UNIT]
-                    }
-                    SamplerKind::Stratified => {
-                        let [nx, ny] = self.settings.strata;
-                        let jitter = self.settings.jitter;
-                        let [jx, jy] = if jitter { self.pair_of_bits(l, which, pixels, d) } else { [l.f(HALF); 2] };
-                        let stratum = which.of(l, &self.order[d]);
-                        let stratum = self.strata.place(l, stratum, &pixels.shuffles[d]).to_real();
-                        // The half keeps the quotient clear of integers.
-                        let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
-                        let column = stratum - row * nx as f32;
-                        [in_stratum(l, column, nx, jx), in_stratum(l, row, ny, jy)]
-                    }
-                    SamplerKind::Sobol => sobol_2d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
-                };
+                numbers.set(dimension, self.pair(l, which, pixels, dimension));
+            }
+        }
+        // The technique's number is there already: it is the first one of its direction, this is the second.
+        let technique = Dimension::Technique;
+        if self.wanted[technique as usize] {
+            let second = match self.settings.kind {
+                SamplerKind::Independent | SamplerKind::Stratified | SamplerKind::Sobol => None,
+                SamplerKind::Lattice => Some(self.lattice(l, which, pixels, technique, 1)),
+                SamplerKind::StrataLattice => Some(self.strata_lattice(l, which, pixels, technique, 1)),
+            };
+            if let Some(v) = second {
+                numbers.set(technique, [numbers.get_1d(technique), v]);
             }
         }
     }
 
-    /// The number of a sample in a dimension that has one.
+    /// The numbers of a sample in a dimension that has two.
+    #[inline(always)]
+    fn pair<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, dimension: Dimension) -> [L::F; 2] {
+        let d = dimension as usize;
+        match self.settings.kind {
+            SamplerKind::Independent => {
+                let [x, y] = self.pair_of_bits(l, which, pixels, d);
+                [x * UNIT, y * UNIT]
+            }
+            SamplerKind::Stratified => {
+                let [nx, ny] = self.settings.strata;
+                let jitter = self.settings.jitter;
+                let [jx, jy] = if jitter { self.pair_of_bits(l, which, pixels, d) } else { [l.f(HALF); 2] };
+                let stratum = which.of(l, &self.order[d]);
+                let stratum = self.strata.place(l, stratum, &pixels.shuffles[d]).to_real();
+                // The half keeps the quotient clear of integers.
+                let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
+                let column = stratum - row * nx as f32;
+                [in_stratum(l, column, nx, jx), in_stratum(l, row, ny, jy)]
+            }
+            SamplerKind::Sobol => sobol_2d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
+            SamplerKind::StrataLattice if dimension == Dimension::Pixel && !self.settings.jitter => {
+                self.strata_lattice.centre(l, &self.place(l, which, dimension), &pixels.turns[d])
+            }
+            SamplerKind::Lattice => [0, 1].map(
+                #[inline(always)]
+                |axis| self.lattice(l, which, pixels, dimension, axis),
+            ),
+            SamplerKind::StrataLattice => [0, 1].map(
+                #[inline(always)]
+                |axis| self.strata_lattice(l, which, pixels, dimension, axis),
+            ),
+        }
+    }
+
+    /// The number of a sample in a dimension that has one; the first one of a lattice.
     #[inline(always)]
     fn number<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, dimension: Dimension) -> L::F {
         let d = dimension as usize;
@@ -349,6 +351,44 @@ impl Sampler {
                 in_stratum(l, stratum.to_real(), self.strata.n, offset)
             }
             SamplerKind::Sobol => sobol_1d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
+            SamplerKind::Lattice => self.lattice(l, which, pixels, dimension, 0),
+            SamplerKind::StrataLattice => self.strata_lattice(l, which, pixels, dimension, 0),
+        }
+    }
+
+    /// A number of the lattice that grows, by axis.
+    #[inline(always)]
+    fn lattice<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, dimension: Dimension, axis: usize) -> L::F {
+        let Lattice { pixel, direction } = &self.lattice;
+        let table = if dimension == Dimension::Pixel { pixel } else { direction };
+        lattice::shifted::<L>(which.of(l, &table[axis]), pixels.scrambles[dimension as usize][axis + 1])
+    }
+
+    /// A number of the lattice of strata, by axis.
+    #[inline(always)]
+    fn strata_lattice<L: Lanes>(
+        &self,
+        l: L,
+        which: Which<L>,
+        pixels: &Pixels<L>,
+        dimension: Dimension,
+        axis: usize,
+    ) -> L::F {
+        let place = self.place(l, which, dimension);
+        let turn = &pixels.turns[dimension as usize];
+        if axis == 0 { self.strata_lattice.x(l, &place, turn) } else { self.strata_lattice.y(l, &place, turn) }
+    }
+
+    /// Where a sample is in the lattice of strata.
+    #[inline(always)]
+    fn place<L: Lanes>(&self, l: L, which: Which<L>, dimension: Dimension) -> Place<L> {
+        let StrataLattice { pixel, direction, .. } = &self.strata_lattice;
+        let places = if dimension == Dimension::Pixel { pixel } else { direction };
+        Place {
+            column: which.of(l, &places.column),
+            slot: which.of(l, &places.slot),
+            row: which.of(l, &places.row),
+            slot_of_row: which.of(l, &places.slot_of_row),
         }
     }
 
@@ -372,97 +412,6 @@ impl Sampler {
 fn round_key(round: u32, dimension: Dimension) -> u32 {
     mix_one(round.wrapping_mul(8) + dimension as u32 + 1)
 }
+
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::lanes::{Single, Wrapping};
-
-    fn place(i: u32, n: u32, key: u32) -> u32 {
-        Order::new(Strata::new(n), key).place(Single, Wrapping(i)).0
-    }
-
-    fn numbers(settings: &SamplerSettings, strategy: Strategy, key: u32, index: u32) -> Numbers<Single> {
-        let mut sampler = Sampler::new(settings, Dimension::wanted(strategy, true, true));
-        sampler.start(index, 1);
-        sampler.enter(Single, key);
-        let mut numbers = Numbers::nothing(Single);
-        let mut pixels = Pixels::new(Single, Wrapping(key));
-        sampler.turn(Single, &mut pixels);
-        numbers.set_technique(sampler.technique(Single, 0, &pixels));
-        sampler.draw(Single, Which { sample: 0, next: false }, &pixels, PerTechnique::BOTH, &mut numbers);
-        numbers
-    }
-
-    #[test]
-    fn permute_is_a_permutation() {
-        for n in [1, 2, 3, 5, 36, 64, 100, 4096, 65536] {
-            for key in [0, 1, 0xdead_beef, 77_777] {
-                let mut seen = vec![false; n as usize];
-                for i in 0..n {
-                    let j = place(i, n, key) as usize;
-                    assert!(!seen[j], "n = {n}, key = {key}: {j} twice");
-                    seen[j] = true;
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn sobol_pairs_are_a_net() {
-        // Every 2^k successive points, aligned, put one into each elementary interval.
-        let settings = SamplerSettings { kind: SamplerKind::Sobol, strata: [1, 1], jitter: true };
-        for pixel in 0..8 {
-            for k in [4u32, 6, 8] {
-                for a in 0..=k {
-                    let mut seen = vec![0; 1 << k];
-                    for i in 0..1 << k {
-                        let numbers = numbers(&settings, Strategy::MisAll, mix_one(pixel), i + (3 << k));
-                        let [x, y] = numbers.get_2d(Dimension::Light);
-                        let cx = (x * (1 << a) as f32) as usize;
-                        let cy = (y * (1 << (k - a)) as f32) as usize;
-                        seen[cx * (1 << (k - a)) + cy] += 1;
-                    }
-                    assert!(seen.iter().all(|&c| c == 1), "pixel {pixel}, 2^{k} points, split {a}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn stratified_fills_every_stratum_once() {
-        let settings = SamplerSettings { kind: SamplerKind::Stratified, strata: [6, 6], jitter: true };
-        for round in 0..3 {
-            let mut seen = [0; 36];
-            for i in 0..36 {
-                let numbers = numbers(&settings, Strategy::Mis, 0x1234_5678, round * 36 + i);
-                let [x, y] = numbers.get_2d(Dimension::Pixel);
-                seen[(x * 6.0) as usize + 6 * (y * 6.0) as usize] += 1;
-            }
-            assert_eq!(seen, [1; 36], "round {round}");
-        }
-    }
-
-    #[test]
-    fn strata_come_in_an_almost_uniform_order() {
-        // Relative deviation (root mean square over cells) of the joint distribution of two
-        // positions from uniform, less what counting noise alone would give.
-        for (n, i, j) in [(6, 0, 1), (36, 0, 1), (36, 3, 20), (64, 0, 1), (64, 1, 2), (64, 31, 32), (100, 0, 1)] {
-            let trials = 1_000_000u32;
-            let mut count = vec![0u32; (n * n) as usize];
-            for t in 0..trials {
-                let (a, b) = (place(i, n, t), place(j, n, t));
-                count[(a * n + b) as usize] += 1;
-            }
-            let cells = f64::from(n * (n - 1));
-            let expected = f64::from(trials) / cells;
-            let mut chi2 = 0.0;
-            for (cell, &c) in count.iter().enumerate() {
-                if cell as u32 / n != cell as u32 % n {
-                    chi2 += (f64::from(c) - expected).powi(2) / expected;
-                }
-            }
-            let excess = ((chi2 - cells).max(0.0) / f64::from(trials)).sqrt();
-            assert!(excess < 0.1, "n = {n}, positions {i} and {j}: {excess}");
-        }
-    }
-}
+mod tests;

@@ -26,12 +26,6 @@ impl Strata {
         y ^ (y >> self.fold)
     }
 
-    #[inline(always)]
-    pub(super) fn rotate<L: Lanes>(&self, l: L, x: L::U, shift: L::U) -> L::U {
-        let (x, limit) = (x + shift, l.u(self.n));
-        x.lt(limit).select_u(x, x - limit)
-    }
-
     /// The shuffle that the random bits of `key` name.
     #[inline(always)]
     pub(super) fn shuffle<L: Lanes>(&self, l: L, key: L::U) -> Shuffle<L> {
@@ -50,7 +44,7 @@ impl Strata {
                 outside = !x.lt(l.u(self.n));
             }
         }
-        self.rotate(l, x, shuffle.shift)
+        rotate(l, x, shuffle.shift, self.n)
     }
 
     /// Position i, with its bits in reverse order, of a power of two of strata: i, i + 1, ... are as far apart as can be.
@@ -65,6 +59,13 @@ impl Strata {
         let x = (stratum ^ shuffle.key) & l.u(self.mask);
         x ^ ((x >> 1) & shuffle.factor)
     }
+}
+
+/// `x + shift` modulo n, for numbers below n.
+#[inline(always)]
+pub(super) fn rotate<L: Lanes>(l: L, x: L::U, shift: L::U, n: u32) -> L::U {
+    let (x, limit) = (x + shift, l.u(n));
+    x.lt(limit).select_u(x, x - limit)
 }
 
 /// How a pixel shuffles the strata, which its patch visits in an order that all its pixels have in common. The order
@@ -124,6 +125,6 @@ impl Order {
             x = outside.select_u(y, x);
             outside = outside & !x.lt(limit);
         }
-        self.strata.rotate(l, x, l.u(self.shift))
+        rotate(l, x, l.u(self.shift), self.strata.n)
     }
 }

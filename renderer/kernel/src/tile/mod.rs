@@ -64,7 +64,7 @@ fn add_samples<L: Lanes>(
     let wanted = Dimension::wanted(settings.estimator.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
     let mut sampler = Sampler::new(&settings.sampling.sampler, wanted);
     let one_sample = settings.estimator.strategy == Strategy::Mis;
-    let mut random = Numbers::nothing(l);
+    let mut random = sampler.nothing(l);
     let packet = Packet { place: (0, 0), corner: [l.f(0.0); 2], pixels: Pixels::new(l, l.u(0)) };
     let mut packets = vec![packet; (PATCH[0] * PATCH[1]) as usize * PACKET / L::N];
     let last = tile.samples + count;

@@ -6,8 +6,8 @@
 
 use glam::Vec3;
 
-use crate::bsdf::Surface;
-use crate::estimator::{Candidate, Contribution, Point, drawn_by_light};
+use crate::bsdf::{self, Surface};
+use crate::estimator::{Candidate, Contribution, Point, choose_technique};
 use crate::film::luminance;
 use crate::geometry::grid::{BLOCK, SIDE};
 use crate::lanes::{Lanes, Lanewise, Mask, Real, Task, Uint, V3};
@@ -33,7 +33,9 @@ pub struct Replayed {
     pub luminance: f32,
 }
 
-/// The random numbers of a sample, each in [0, 1); `None` where the strategy does not ask.
+/// The random numbers of a sample, each in [0, 1); `None` where the strategy does not ask. Where one number is for
+/// several things ([`SamplerKind::is_nested`](crate::request::SamplerKind::is_nested)), each is what the ones before
+/// have left of it, and `None` for the technique that was not chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawn {
     /// Position in the pixel.
@@ -44,7 +46,7 @@ pub struct Drawn {
     pub light_choice: Option<f32>,
     /// Point on it, or direction in its cone.
     pub light: Option<[f32; 2]>,
-    /// Which lobe: the specular one if it is less than 1/2. Asked where a scene has surfaces with two.
+    /// Which lobe: the specular one if it is less than 1/2, on a surface with two. Asked where a scene has such surfaces.
     pub lobe: Option<f32>,
     /// Direction in the lobe.
     pub bsdf: Option<[f32; 2]>,
@@ -110,11 +112,17 @@ impl Task for ReplaySample<'_> {
         sampler.enter(l, patch_key(settings.sampling.seed, patch));
         let mut pixels = Pixels::new(l, pixel_keys(l, settings.sampling.seed, columns, rows));
         sampler.turn(l, &mut pixels);
-        let mut random = Numbers::nothing(l);
+        let mut random = sampler.nothing(l);
         if settings.estimator.strategy == Strategy::Mis {
             random.set_technique(sampler.technique(l, 0, &pixels));
         }
         sampler.draw(l, Which { sample: 0, next: l.m(false) }, &pixels, PerTechnique::BOTH, &mut random);
+        let technique = number(&random, &wanted, Dimension::Technique, lane);
+        let (first_by_light, random) = match settings.estimator.strategy {
+            Strategy::Light | Strategy::MisAll => (l.m(true), random),
+            Strategy::Bsdf => (l.m(false), random),
+            Strategy::Mis => choose_technique(l, &settings.estimator, &random),
+        };
 
         let [jx, jy] = random.get_2d(Dimension::Pixel);
         let dir = scene.camera.direction(l, columns.to_real() + jx, rows.to_real() + jy);
@@ -133,11 +141,7 @@ impl Task for ReplaySample<'_> {
             let surface: Surface<'_, L> = Surface { material, ..hit.points };
             let at = Point { view, estimator: &settings.estimator, surface, wo: -dir, here: hit.surface };
             let mut last = settings.estimator.strategy != Strategy::MisAll;
-            let mut by_light = match settings.estimator.strategy {
-                Strategy::Light | Strategy::MisAll => l.m(true),
-                Strategy::Bsdf => l.m(false),
-                Strategy::Mis => drawn_by_light(l, &settings.estimator, random.get_1d(Dimension::Technique)),
-            };
+            let mut by_light = first_by_light;
             loop {
                 let draw = at.draw_where(by_light, &random);
                 let mut part = Contribution::none(l);
@@ -171,14 +175,32 @@ impl Task for ReplaySample<'_> {
             }
         }
         let total = light + bsdf + hit.emitted;
+        let mut asked = wanted;
+        if settings.sampling.sampler.kind.is_nested() && settings.estimator.strategy == Strategy::Mis {
+            let unasked = match first_by_light.bits() >> lane & 1 == 1 {
+                true => [Dimension::Lobe, Dimension::Bsdf],
+                false => [Dimension::LightChoice, Dimension::Light],
+            };
+            for dimension in unasked {
+                asked[dimension as usize] = false;
+            }
+        }
+        let light_numbers = match scene.lights.list.len() {
+            0 => random.get_2d(Dimension::Light),
+            n => random.choose_light(l, n).1,
+        };
+        let bsdf_numbers = match material {
+            Some(material) => bsdf::choose_lobe(l, material, &random).1,
+            None => random.get_2d(Dimension::Bsdf),
+        };
         Replayed {
             drawn: Drawn {
                 pixel: [jx.lane(lane), jy.lane(lane)],
-                technique: number(&random, &wanted, Dimension::Technique, lane),
-                light_choice: number(&random, &wanted, Dimension::LightChoice, lane),
-                light: pair(&random, &wanted, Dimension::Light, lane),
-                lobe: number(&random, &wanted, Dimension::Lobe, lane),
-                bsdf: pair(&random, &wanted, Dimension::Bsdf, lane),
+                technique,
+                light_choice: number(&random, &asked, Dimension::LightChoice, lane),
+                light: pair::<L>(light_numbers, &asked, Dimension::Light, lane),
+                lobe: number(&random, &asked, Dimension::Lobe, lane),
+                bsdf: pair::<L>(bsdf_numbers, &asked, Dimension::Bsdf, lane),
             },
             emitted: vector(hit.emitted, lane),
             emits: hit.emits.bits() >> lane & 1 == 1,
@@ -203,8 +225,7 @@ fn number<L: Lanes>(random: &Numbers<L>, wanted: &Wanted, dimension: Dimension, 
 
 /// Two numbers in one lane, if they were wanted.
 #[inline(always)]
-fn pair<L: Lanes>(random: &Numbers<L>, wanted: &Wanted, dimension: Dimension, lane: usize) -> Option<[f32; 2]> {
-    let [x, y] = random.get_2d(dimension);
+fn pair<L: Lanes>([x, y]: [L::F; 2], wanted: &Wanted, dimension: Dimension, lane: usize) -> Option<[f32; 2]> {
     if wanted[dimension as usize] { Some([x.lane(lane), y.lane(lane)]) } else { None }
 }
 
