@@ -21,6 +21,7 @@ mod output;
 mod progress;
 mod render;
 mod table;
+mod version;
 
 use std::process::ExitCode;
 

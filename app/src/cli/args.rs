@@ -8,6 +8,7 @@ use clap::{Parser, Subcommand};
 use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, Strategy};
 
 use super::output::{Destination, PictureFile};
+use super::version::version;
 use crate::state::paths::expand_home;
 
 /// A laboratory for multiple importance sampling.
@@ -15,7 +16,7 @@ use crate::state::paths::expand_home;
 /// Without a command: opens the window, on SCENE if given. Where no window can be opened, renders the tutorial's
 /// pictures and table into the current folder.
 #[derive(Debug, Parser)]
-#[command(name = "mislab", version, args_conflicts_with_subcommands = true)]
+#[command(name = "mislab", version = version(), args_conflicts_with_subcommands = true)]
 pub(super) struct Args {
     #[command(subcommand)]
     pub(super) command: Option<Command>,

@@ -32,6 +32,7 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
     let viewport = egui::ViewportBuilder::default()
         .with_title("MIS Lab")
         .with_app_id("mislab")
+        .with_icon(icon())
         .with_inner_size(prefs.window.size)
         .with_maximized(prefs.window.maximized)
         .with_min_inner_size([960.0, 600.0])
@@ -69,6 +70,22 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
         }
     };
     Err(NoWindow { reason })
+}
+
+/// What window and task bar show; nothing if it cannot be decoded.
+fn icon() -> egui::IconData {
+    let mut reader =
+        match png::Decoder::new(std::io::Cursor::new(include_bytes!("../../../assets/mislab.png"))).read_info() {
+            Ok(reader) => reader,
+            Err(_) => return egui::IconData::default(),
+        };
+    let mut rgba = vec![0; reader.output_buffer_size().unwrap_or(0)];
+    match reader.next_frame(&mut rgba) {
+        Ok(info) if info.color_type == png::ColorType::Rgba => {
+            egui::IconData { rgba, width: info.width, height: info.height }
+        }
+        Ok(_) | Err(_) => egui::IconData::default(),
+    }
 }
 
 /// Debian's packages that a window needs.
@@ -110,6 +127,14 @@ fn allow_large_windows(options: &mut WgpuConfiguration) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn there_is_an_icon() {
+        let icon = icon();
+        assert_eq!([icon.width, icon.height], [128, 128]);
+        assert_eq!(icon.rgba.len(), 128 * 128 * 4);
+        assert!(icon.rgba.chunks_exact(4).any(|p| p == [0xE6, 0x9F, 0x00, 0xFF]), "the light technique's amber");
+    }
 
     #[test]
     fn places_in_libraries_are_nobodys_business() {

@@ -58,8 +58,21 @@ pub(super) struct Folders {
 }
 
 impl Folders {
-    /// The path of an existing file called `name`, or a message that says where it was looked for.
-    pub fn find(&self, name: &str, log: &mut Log) -> Result<PathBuf, String> {
+    /// The path of an existing file called `name` at a place in the scene, or a message that says where it was looked for.
+    /// Where no file has a name with backslashes in it, they separate folders, as on Windows.
+    pub fn find(&self, name: &str, at: Pos, log: &mut Log) -> Result<PathBuf, String> {
+        let why = match self.find_as_written(name, log) {
+            Err(why) if name.contains('\\') => why,
+            found => return found,
+        };
+        let elsewhere = name.replace('\\', "/");
+        let path = self.find_as_written(&elsewhere, log).map_err(|_| why)?;
+        let message = format!("{} is read as {}, which works on every system", shown(name), shown(&elsewhere));
+        log.warn(at, message);
+        Ok(path)
+    }
+
+    fn find_as_written(&self, name: &str, log: &mut Log) -> Result<PathBuf, String> {
         let (Some(own), Some(main)) = (&self.own, &self.main) else {
             return Err(format!("file {}, but this scene text lies in no folder to look it up in", shown(name)));
         };
@@ -181,7 +194,8 @@ impl Parser {
             [Item { values: Values::Texts(texts), .. }] if texts.len() == 1 => &texts[0].0,
             _ => return Err(log.error(at, "expected Include and one file name in quotes")),
         };
-        let path = directive.folders.find(name, log).map_err(|message| log.error(at, format!("Include: {message}")))?;
+        let path =
+            directive.folders.find(name, at, log).map_err(|message| log.error(at, format!("Include: {message}")))?;
         let canonical = path.canonicalize().ok();
         if canonical.is_some() && self.frames.iter().any(|f| f.canonical == canonical) {
             return Err(log.error(at, format!("Include of {}, which includes this file already", path.display())));

@@ -60,7 +60,7 @@ pub(super) fn read_shape(
             let Some(At { value: name, at }) = params.text("filename", log)? else {
                 return Err(log.error(at, "plymesh without \"string filename\""));
             };
-            let read = place.folders.find(&name, log).and_then(|path| ply::read(&path));
+            let read = place.folders.find(&name, at, log).and_then(|path| ply::read(&path));
             let Ply { points, normals, no_normal, triangles } =
                 read.map_err(|message| log.error(at, format!("plymesh: {message}")))?;
             if let Some(vertex) = no_normal {

@@ -114,6 +114,30 @@ fn missing_files_name_the_folder_and_near_names() {
     assert!(found.contains("did you mean \"room.pbrt\""), "{found}");
 }
 
+/// Written on Windows, in whose paths a backslash separates folders.
+#[test]
+fn backslashes_separate_folders_everywhere() {
+    let dir = tempfile::tempdir().expect("a folder");
+    write(dir.path(), "mesh/part.ply", PLY_ASCII);
+    write(dir.path(), "mesh/more.pbrt", "Shape \"sphere\"");
+    let text = world(r#"Shape "plymesh" "string filename" "mesh\part.ply" Include "mesh\more.pbrt""#);
+    let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(file.scene.shapes.len(), 2, "{:?}", file.warnings);
+    if cfg!(windows) {
+        assert_no_warnings(&file);
+    } else {
+        let said = file.warnings[0].to_string();
+        assert!(said.contains(r"mesh\part.ply") && said.contains("mesh/part.ply"), "{said}");
+        // A name with a backslash in it is one, if there is such a file.
+        write(dir.path(), r"mesh\part.ply", PLY_ASCII);
+        let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(file.warnings.len(), 1, "the Include alone: {:?}", file.warnings);
+    }
+    let text = world(r#"Shape "plymesh" "string filename" "mesh\none.ply""#);
+    let file = pbrt::parse(&text, "t.pbrt", Some(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+    assert!(file.warnings[0].to_string().contains(r"mesh\none.ply"), "as written: {:?}", file.warnings);
+}
+
 #[test]
 fn normals_of_a_ply_say_which_side_is_in_front() {
     let dir = tempfile::tempdir().expect("a folder");

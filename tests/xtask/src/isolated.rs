@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::needs;
 
@@ -26,7 +27,9 @@ pub struct Scratch(PathBuf);
 impl Scratch {
     /// Creates it, empty.
     pub fn new() -> Result<Self, String> {
-        let path = std::env::temp_dir().join(format!("mislab-xtask-{}", std::process::id()));
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("mislab-xtask-{}-{count}", std::process::id()));
         let made = Self(path);
         made.make(&made.0)?;
         Ok(made)

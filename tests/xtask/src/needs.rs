@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Debian's name of a package and what it is for.
-type Package = (&'static str, &'static str);
+pub type Package = (&'static str, &'static str);
 
-const DEBIAN: &[Package] = &[
+/// What the tests need.
+pub const TESTS: &[Package] = &[
     ("libvulkan1", "Vulkan loader"),
     ("mesa-vulkan-drivers", "software Vulkan driver"),
     ("libegl1", "OpenGL without Vulkan"),
@@ -33,9 +34,23 @@ const PROGRAMS: &[Package] = &[
     ("exrheader", "OpenEXR's own tools, to read what we write"),
 ];
 
+/// What building and checking the downloads for other machines needs besides: compilers and linkers of Windows programs, and
+/// what runs programs of Windows and of other processors.
+pub const DIST: &[Package] = &[
+    ("gcc-mingw-w64-x86-64", "linker for Windows"),
+    ("wine64", "to run the Windows program"),
+    ("qemu-user", "to run the program for aarch64"),
+    ("libc6-arm64-cross", "C library of the program for aarch64"),
+    ("libgcc-s1-arm64-cross", "C library of the program for aarch64"),
+    ("zip", "archive for Windows"),
+    ("unzip", "archive for Windows"),
+    ("binutils", "to see which C library a program needs"),
+    ("python3-pip", "for ziglang, the linker for old and other Linux systems"),
+];
+
 /// Installs what is missing if that can be done without asking; otherwise says what is missing and how to get it.
 /// Never the end: the tests that do not need it still run, and those that do say so.
-pub fn provide() {
+pub fn provide(packages: &[Package]) {
     if !cfg!(target_os = "linux") {
         return;
     }
@@ -50,7 +65,7 @@ pub fn provide() {
         }
         return;
     }
-    let missing: Vec<Package> = DEBIAN.iter().copied().filter(|(package, _)| !is_installed(package)).collect();
+    let missing: Vec<Package> = packages.iter().copied().filter(|(package, _)| !is_installed(package)).collect();
     if missing.is_empty() {
         return;
     }

@@ -14,7 +14,7 @@ const CHECKED_DEEP: [&str; 1] = ["mislab-kernel"];
 /// Provides what the tests need and runs them, `deep` with more samples and cases (`tests/src/depth.rs`); `args` replace
 /// `--workspace`.
 pub fn run(args: &[String], deep: bool) -> Result<(), String> {
-    needs::provide();
+    needs::provide(needs::TESTS);
     let scratch = Scratch::new()?;
 
     let mut test = cargo();
