@@ -323,14 +323,13 @@ impl Sampler {
             SamplerKind::StrataLattice if dimension == Dimension::Pixel && !self.settings.jitter => {
                 self.strata_lattice.centre(l, &self.place(l, which, dimension), &pixels.turns[d])
             }
-            SamplerKind::Lattice => [0, 1].map(
-                #[inline(always)]
-                |axis| self.lattice(l, which, pixels, dimension, axis),
-            ),
-            SamplerKind::StrataLattice => [0, 1].map(
-                #[inline(always)]
-                |axis| self.strata_lattice(l, which, pixels, dimension, axis),
-            ),
+            SamplerKind::Lattice => {
+                [self.lattice(l, which, pixels, dimension, 0), self.lattice(l, which, pixels, dimension, 1)]
+            }
+            SamplerKind::StrataLattice => {
+                let (place, turn) = (self.place(l, which, dimension), &pixels.turns[d]);
+                [self.strata_lattice.x(l, &place, turn), self.strata_lattice.y(l, &place, turn)]
+            }
         }
     }
 

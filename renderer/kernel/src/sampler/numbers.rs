@@ -104,7 +104,7 @@ impl<L: Lanes> Numbers<L> {
 #[inline(always)]
 fn rest_of_two<L: Lanes>(l: L, u: L::F, first: L::M, p: f32) -> L::F {
     let start = first.select(l.f(0.0), l.f(p));
-    let per_length = |length: f32| l.f(1.0 / length.max(f32::MIN_POSITIVE));
-    let scale = first.select(per_length(p), per_length(1.0 - p));
+    let scales = (1.0 / p.max(f32::MIN_POSITIVE), 1.0 / (1.0 - p).max(f32::MIN_POSITIVE));
+    let scale = first.select(l.f(scales.0), l.f(scales.1));
     ((u - start) * scale).min(l.f(BELOW_ONE))
 }

@@ -125,20 +125,24 @@ impl<L: Lanes> Turn<L> {
     /// The one that the random bits of `key` name. Without `jitter` samples are in the middle of their slots.
     #[inline(always)]
     pub(super) fn new(l: L, key: L::U, [n, m]: [u32; 2], jitter: bool) -> Self {
-        // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n.
-        let below = |bits: L::U, n: u32| (bits * l.u(n)) >> 16;
-        let [first, second, third] = [1, 2, 3].map(|i| mix(l, key + l.u(i)));
+        let first = mix(l, key + l.u(1));
         let mut offset = [l.f(HALF); 2];
         if jitter {
-            offset = [(second >> 8).to_real(), (third >> 8).to_real()];
+            offset = [(mix(l, key + l.u(2)) >> 8).to_real(), (mix(l, key + l.u(3)) >> 8).to_real()];
         }
         let low = l.u(0xffff);
         Self {
-            column: below(key >> 16, n),
-            slot: below(key & low, m),
-            row: below(first >> 16, m),
-            slot_of_row: below(first & low, n),
+            column: below(l, key >> 16, n),
+            slot: below(l, key & low, m),
+            row: below(l, first >> 16, m),
+            slot_of_row: below(l, first & low, n),
             offset,
         }
     }
+}
+
+/// 0 to n - 1, from 16 random bits r: floor(r n / 2^16), uniform to 2^-16 n.
+#[inline(always)]
+fn below<L: Lanes>(l: L, bits: L::U, n: u32) -> L::U {
+    (bits * l.u(n)) >> 16
 }
