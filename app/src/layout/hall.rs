@@ -37,6 +37,8 @@ pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rec
 /// Heights in points of what stands over and under a wide picture in a hall.
 const HALL_BAR: f32 = 186.0;
 const HALL_CAPTION: f32 = 92.0;
+/// Height of the caption in the column: four lines.
+const HALL_LINES: f32 = 140.0;
 /// The narrowest column that holds the strategies.
 const HALL_COLUMN: f32 = 440.0;
 
@@ -66,7 +68,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     formula::formula_ui(ui, made.then_some(&slot.estimator), TypeScale::Hall);
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(GRID);
-        ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
+        ui.allocate_ui(vec2(ui.available_width(), HALL_LINES), |ui| {
             ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
                 Some(_) if lab.document.slots().len() > 1 => {}
                 Some(Content::Frame(frame)) => single_caption(lab, frame).column_ui(ui),

@@ -185,12 +185,16 @@ impl Caption {
             self.name_ui(ui, &font);
             ui.label(&self.how);
         });
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
-            for (text, template) in [(&self.spp, SPP), (&self.paths, PATHS), (&self.time, "88.8 s")] {
-                cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER);
-            }
-        });
+        let numbers = [(&self.spp, SPP), (&self.rays, RAYS), (&self.time, "88.8 s"), (&self.error, ERROR)];
+        let (cost, error) = numbers.split_at(3);
+        for line in [cost, error] {
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+                for (text, template) in line.iter().filter(|(text, _)| !text.is_empty()) {
+                    cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER);
+                }
+            });
+        }
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0 * GRID;
             self.remarks_ui(ui);

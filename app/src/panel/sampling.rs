@@ -35,16 +35,18 @@ pub fn weights_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
 /// Pattern, number and seed of the samples.
 pub fn samples_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
     let (sampling, defaults) = (&document.sampling(), &document.opened.settings.sampling);
+    // A file has its samples; number and seed are those of the pictures beside it, too.
+    let made = !document.active().is_file();
     title(ui, "Samples");
     let samplers = SamplerKind::ALL.map(|s| (s, sampler_name(s)));
-    let picked = segmented(ui, "Sampler", sampling.sampler.kind, &samplers, true, &sampler_hint);
+    let picked = segmented(ui, "Sampler", sampling.sampler.kind, &samplers, made, &sampler_hint);
     out.extend(picked.map(|kind| Edit::SetSampler(kind).into()));
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
         spp_combo(ui, sampling, out);
         let stratified = sampling.sampler.kind == SamplerKind::Stratified;
         let mut jitter = sampling.sampler.jitter;
         let response = ui
-            .add_enabled(stratified, egui::Checkbox::new(&mut jitter, "jitter"))
+            .add_enabled(made && stratified, egui::Checkbox::new(&mut jitter, "jitter"))
             .hint("A random position in each stratum; off: its centre (biased). In a scene file: \"bool jitter\"");
         if response.changed() {
             out.push(Edit::SetJitter(jitter).into());
