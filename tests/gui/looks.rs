@@ -4,7 +4,7 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use mislab::state::command::Command;
 use mislab::state::edit::{Edit, SppTarget};
-use mislab_renderer::Strategy;
+use mislab_renderer::{Layer, Strategy};
 
 use crate::lab::Lab;
 
@@ -96,4 +96,23 @@ fn the_projector_column_says_what_a_picture_cost() {
     let found = lab.harness.query_all_by_label(rays.as_str()).map(|node| node.rect()).next();
     let rect = found.expect("the rays of MIS, both");
     assert!(rect.right() <= 560.0 && rect.bottom() <= 720.0 && rect.height() >= 24.0, "{rect:?}");
+}
+
+#[test]
+fn in_the_projector_column_nothing_lies_over_anything() {
+    for size in [[1280.0, 720.0], [1920.0, 1080.0], [1024.0, 768.0]] {
+        let mut lab = Lab::with_size(size);
+        lab.apply(Edit::SetStrategy(Strategy::Light));
+        lab.apply(Edit::SetLayer(Layer::Variance));
+        lab.settle();
+        lab.key(Modifiers::COMMAND, Key::B);
+        lab.fit();
+        let rect = |label: &str| lab.harness.query_all_by_label_contains(label).map(|node| node.rect()).next();
+        let places =
+            ["Formula: ", "Layer menu", "Legend: ", "Caption: Light", " rays"].map(|label| (label, rect(label)));
+        for pair in places.windows(2) {
+            let [(above, Some(a)), (below, Some(b))] = pair else { panic!("{places:?}") };
+            assert!(a.bottom() <= b.top() + 0.5, "{above} {a:?} reaches into {below} {b:?} at {size:?}");
+        }
+    }
 }

@@ -196,16 +196,16 @@ impl Caption {
             self.name_ui(ui, &font);
             ui.label(&self.how);
         });
-        let numbers = [(&self.spp, SPP), (&self.rays, RAYS), (&self.time, "88.8 s"), (&self.error, ERROR)];
-        let (cost, error) = numbers.split_at(3);
-        for line in [cost, error] {
-            ui.horizontal(|ui| {
-                ui.spacing_mut().item_spacing.x = 4.0 * GRID;
-                for (text, template) in line.iter().filter(|(text, _)| !text.is_empty()) {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 4.0 * GRID;
+            let numbers = [(&self.spp, SPP), (&self.rays, RAYS), (&self.error, ERROR), (&self.time, "88.8 s")];
+            for (text, template) in numbers.into_iter().filter(|(text, _)| !text.is_empty()) {
+                // Rather nothing than half a number.
+                if width(ui, template, &font) <= ui.available_width() {
                     cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER);
                 }
-            });
-        }
+            }
+        });
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0 * GRID;
             self.remarks_ui(ui);
