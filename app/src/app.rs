@@ -160,6 +160,7 @@ impl MisLabApp {
                 *open = if *open == Some(study) { None } else { Some(study) };
             }
             Command::OpenReference => files.pick_reference(),
+            Command::ReferencePath(path) => self.lab.references.use_file(Some(path)),
             Command::RenderReference => self.lab.references.use_file(None),
             Command::SaveCsv { name, text } => {
                 files.save_text(destination.folder(document), name.into(), "csv", text);

@@ -7,6 +7,7 @@ mod export;
 mod exr_slot;
 mod files;
 mod lab;
+mod looks;
 mod patterns;
 mod picture;
 mod place;

@@ -11,7 +11,7 @@ use crate::files::opening::{Reading, shipped};
 use crate::files::saving::{NotSaved, SaveJob, Saved};
 use crate::lab::Lab;
 use crate::panel::messages::{OpenError, SaveError};
-use crate::panel::open::OpenSheet;
+use crate::panel::open::{OpenSheet, Purpose};
 use crate::panel::picture::PictureSheet;
 use crate::state::command::Shipped;
 use crate::state::destination::Destination;
@@ -22,6 +22,7 @@ use crate::state::paths::{short_name, shortened};
 use crate::state::view::StoredView;
 
 const NO_DIALOG: &str = "This desktop offers no file dialog: type a path, or drop a file on the window.";
+const NO_PICTURE: &str = "This desktop offers no file dialog: type a path.";
 /// True until there is a picture.
 const NOT_YET: &str = "Not saved: the first picture with these settings is not complete yet";
 
@@ -124,8 +125,11 @@ impl MisLabApp {
             }
             FileEvent::NotCompared(why) => messages.complain(format!("Not compared: {why}")),
             FileEvent::NoDialogToCompare => {
-                let remark = "This desktop offers no file dialog: type a path.";
-                sheets.open = Some(OpenSheet { remark, compare: true, ..OpenSheet::default() });
+                sheets.open = Some(OpenSheet { remark: NO_PICTURE, purpose: Purpose::Compare, ..OpenSheet::default() });
+            }
+            FileEvent::NoDialogForReference => {
+                sheets.open =
+                    Some(OpenSheet { remark: NO_PICTURE, purpose: Purpose::Reference, ..OpenSheet::default() });
             }
             FileEvent::Picked(path) => files.open(path),
             FileEvent::PickedFolder(folder) => destination.folder = Some(folder.display().to_string()),

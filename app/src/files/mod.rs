@@ -38,6 +38,8 @@ pub enum FileEvent {
     NotCompared(String),
     /// No dialog came up to choose one.
     NoDialogToCompare,
+    /// No dialog came up to choose one to measure against.
+    NoDialogForReference,
     /// A folder was chosen in the dialog.
     PickedFolder(PathBuf),
     /// A picture to measure errors against was chosen.
@@ -219,6 +221,7 @@ impl Files {
             | FileEvent::Compared(_)
             | FileEvent::NotCompared(_)
             | FileEvent::NoDialogToCompare
+            | FileEvent::NoDialogForReference
             | FileEvent::TableSaved(_) => None,
         });
         failed.collect()
@@ -278,7 +281,7 @@ impl Files {
 
     /// Asks for a picture to measure errors against.
     pub fn pick_reference(&self) {
-        let none = FileEvent::Broken("This desktop offers no file dialog.".to_owned());
+        let none = FileEvent::NoDialogForReference;
         self.pick_picture("A converged picture", None, FileEvent::PickedReference, none);
     }
 

@@ -37,6 +37,8 @@ pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rec
 /// Heights in points of what stands over and under a wide picture in a hall.
 const HALL_BAR: f32 = 186.0;
 const HALL_CAPTION: f32 = 92.0;
+/// Height of the caption in the column: three lines.
+const HALL_LINES: f32 = 100.0;
 /// The narrowest column that holds the strategies.
 const HALL_COLUMN: f32 = 440.0;
 
@@ -66,7 +68,7 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     formula::formula_ui(ui, made.then_some(&slot.estimator), TypeScale::Hall);
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(GRID);
-        ui.allocate_ui(vec2(ui.available_width(), 110.0), |ui| {
+        ui.allocate_ui(vec2(ui.available_width(), HALL_LINES), |ui| {
             ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
                 Some(_) if lab.document.slots().len() > 1 => {}
                 Some(Content::Frame(frame)) => single_caption(lab, frame).column_ui(ui),
@@ -80,8 +82,12 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             });
         }
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            display::layer_menu(ui, slot.layer, ui.available_width(), out);
-            compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
+            // Side by side: a legend needs the height.
+            ui.horizontal(|ui| {
+                let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
+                display::layer_menu(ui, slot.layer, width, out);
+                compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
+            });
             if lab.document.slots().len() > 1 {
                 ui.label("Equal");
                 compare::equal_ui(ui, &lab.document, out);

@@ -39,6 +39,9 @@ const RAYS: &str = "88888 rays";
 const PATHS: &str = "88.8 M paths";
 const TIME: &str = "88:88 min";
 const ERROR: &str = "error 0.00088";
+const BIASED: &str = "biased";
+/// Captions of pictures narrower than so many times the size of body type are in caption type.
+const NARROW: f32 = 19.0;
 
 impl Caption {
     /// Of a frame; `behind` if it is of older settings.
@@ -120,12 +123,15 @@ impl Caption {
     }
 
     /// In one line under one of several pictures: what is `equal` in all of them stands first, and as much of the rest as
-    /// there is room for. The layer comes before the rest.
+    /// there is room for. The layer comes before the rest. In a narrow place type is smaller, and where there is room
+    /// for one number it is the error.
     pub fn line_ui(&self, ui: &mut Ui, equal: Lockstep, layer: Layer) {
-        let font = TextStyle::Body.resolve(ui.style());
+        let body = TextStyle::Body.resolve(ui.style());
+        let narrow = ui.available_width() < NARROW * body.size;
+        let font = if narrow { TextStyle::Small.resolve(ui.style()) } else { body };
         let medium = FontId::new(font.size, medium());
         let (inks, visuals) = (Inks::of(ui.visuals()), ui.visuals().clone());
-        ui.spacing_mut().item_spacing.x = 2.5 * GRID;
+        ui.spacing_mut().item_spacing.x = if narrow { 2.0 * GRID } else { 2.5 * GRID };
         let name = strategy_name(self.strategy);
         let widest = strategy_name(Strategy::MisAll);
         cell(ui, name, widest, medium.clone(), Some(inks.strategy(self.strategy)), Align2::LEFT_CENTER);
@@ -138,14 +144,19 @@ impl Caption {
             (alike(Lockstep::CpuSeconds, &self.cpu), "= 88.8 s", "Seconds of processor time, all threads together.");
         let how = (self.how.clone(), HOW, HINTS[0]);
         let error = (self.error.clone(), ERROR, HINTS[5]);
-        let numbers = match equal {
+        let mut numbers = match equal {
             Lockstep::Spp => [spp, error, rays, time, how],
             Lockstep::Rays => [rays, error, spp, time, how],
             Lockstep::CpuSeconds => [time, error, spp, rays, how],
         };
+        // The same in all pictures, whether or not this one is biased.
+        let both = [numbers[0].1, ERROR, BIASED].map(|text| width(ui, text, &font)).iter().sum::<f32>();
+        if !self.error.is_empty() && ui.available_width() < both + 2.0 * ui.spacing().item_spacing.x {
+            numbers.swap(0, 1);
+        }
         let layer = (layer != Layer::Picture).then(|| LayerLook::of(layer).name);
         let behind = if self.kept { Some("kept") } else { self.behind.then_some("\u{2026}") };
-        let comes = [self.bias.as_ref().map(|_| "biased"), layer, behind];
+        let comes = [self.bias.as_ref().map(|_| BIASED), layer, behind];
         let gap = ui.spacing().item_spacing.x;
         let kept: f32 = comes.iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         for (index, (text, template, hint)) in numbers.into_iter().enumerate() {
@@ -162,10 +173,10 @@ impl Caption {
         }
         let [bias, layer, behind] = comes;
         if let (Some(text), Some(why)) = (bias, &self.bias) {
-            ui.colored_label(inks.wrong, text).hint(why.clone());
+            ui.label(RichText::new(text).font(font.clone()).color(inks.wrong)).hint(why.clone());
         }
         for text in [layer, behind].into_iter().flatten() {
-            ui.add(egui::Label::new(text).truncate());
+            ui.add(egui::Label::new(RichText::new(text).font(font.clone())).truncate());
         }
     }
 
@@ -187,8 +198,12 @@ impl Caption {
         });
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0 * GRID;
-            for (text, template) in [(&self.spp, SPP), (&self.paths, PATHS), (&self.time, "88.8 s")] {
-                cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER);
+            let numbers = [(&self.spp, SPP), (&self.rays, RAYS), (&self.error, ERROR), (&self.time, "88.8 s")];
+            for (text, template) in numbers.into_iter().filter(|(text, _)| !text.is_empty()) {
+                // Rather nothing than half a number.
+                if width(ui, template, &font) <= ui.available_width() {
+                    cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER);
+                }
             }
         });
         ui.horizontal(|ui| {

@@ -1,6 +1,6 @@
 //! The caption of a picture from a file: its name and size, in neutral ink. What made it is not known.
 
-use eframe::egui::{Align2, FontId, Label, RichText, TextStyle, Ui};
+use eframe::egui::{Align2, Color32, FontId, Label, RichText, TextStyle, Ui};
 use mislab_renderer::Layer;
 
 use crate::look::layer::LayerLook;
@@ -12,6 +12,10 @@ use crate::state::paths::shortened;
 
 /// Why controls about how a picture is made are off.
 pub const FROM_FILE: &str = "This picture is from a file: strategy, weights and sampler have no part in it.";
+
+/// Characters of a name: at most where there is room, and at least.
+const LONGEST: usize = 24;
+const LEAST: usize = 6;
 
 /// The file in words.
 pub struct FileCaption {
@@ -25,7 +29,7 @@ impl FileCaption {
         let [w, h] = file.size();
         // Pictures are aligned by their edges.
         let aligned = if file.size() == image { "" } else { ", aligned" };
-        Self { name: shortened(file.name(), 24), about: format!("{w} x {h}, from file{aligned}") }
+        Self { name: file.name().to_owned(), about: format!("{w} x {h}, from file{aligned}") }
     }
 
     /// In one line, or in the first of several.
@@ -33,8 +37,13 @@ impl FileCaption {
         ui.spacing_mut().item_spacing.x = 2.5 * GRID;
         let size = TextStyle::Body.resolve(ui.style()).size;
         let ink = ui.visuals().strong_text_color();
-        let name = cell(ui, &self.name, &self.name, FontId::new(size, medium()), Some(ink), Align2::LEFT_CENTER);
-        name.hint("A picture from a file: no control changes it. Zoom, exposure and cursor are those of all pictures.");
+        let font = FontId::new(size, medium());
+        let text = self.fitting_name(ui, &font);
+        let name = cell(ui, &text, &text, font, Some(ink), Align2::LEFT_CENTER);
+        name.hint(format!(
+            "{}: no control changes a picture from a file. Zoom, exposure and cursor are those of all pictures.",
+            self.name
+        ));
         let layer = (layer != Layer::Picture).then(|| format!("   {}", LayerLook::of(layer).name));
         let about =
             RichText::new(self.about.clone() + &layer.unwrap_or_default()).color(ui.visuals().weak_text_color());
@@ -42,8 +51,18 @@ impl FileCaption {
             .hint("Size in pixels. Pictures of other sizes are aligned by their edges; pixels are read as they are.");
     }
 
+    /// The name, its middle left out as far as the line has no room for it.
+    fn fitting_name(&self, ui: &Ui, font: &FontId) -> String {
+        let width = |text: &str| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), Color32::WHITE).size().x;
+        let shorter = (LEAST..LONGEST).rev().map(|most| shortened(&self.name, most));
+        std::iter::once(shortened(&self.name, LONGEST))
+            .chain(shorter)
+            .find(|text| width(text) <= ui.available_width())
+            .unwrap_or_else(|| shortened(&self.name, LEAST))
+    }
+
     /// What [`Self::line_ui`] says, for screen readers.
     pub fn spoken_line(&self) -> String {
-        format!("{}, {}", self.name, self.about)
+        format!("{}, {}", shortened(&self.name, LONGEST), self.about)
     }
 }

@@ -17,8 +17,31 @@ pub struct OpenSheet {
     pub text: String,
     /// Said above the field.
     pub remark: &'static str,
-    /// A picture to compare with is asked for.
-    pub compare: bool,
+    /// What the file is for.
+    pub purpose: Purpose,
+}
+
+/// What becomes of the file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Purpose {
+    /// It is opened.
+    #[default]
+    Open,
+    /// It is shown beside the active picture.
+    Compare,
+    /// Errors are measured against it.
+    Reference,
+}
+
+impl Purpose {
+    /// What to do with the file at `path`.
+    fn command(self, path: PathBuf) -> Command {
+        match self {
+            Self::Open => Command::OpenPath(path),
+            Self::Compare => Command::ComparePath(path),
+            Self::Reference => Command::ReferencePath(path),
+        }
+    }
 }
 
 /// The sheet. Returns false when it is done with.
@@ -27,10 +50,10 @@ pub fn open_ui(ctx: &egui::Context, sheet: &mut OpenSheet, recent: &[PathBuf], o
     let modal = Modal::new(Id::unique("open sheet")).show(ctx, |ui| {
         sheet_type(ui);
         ui.set_width(560.0_f32.min(ctx.content_rect().width() - 40.0));
-        let (heading, hint, verb) = if sheet.compare {
-            ("Compare with a picture", "path of an .exr", "Compare")
-        } else {
-            ("Open a scene or a snapshot", "path of a .pbrt or .exr", "Open")
+        let (heading, hint, verb) = match sheet.purpose {
+            Purpose::Open => ("Open a scene or a snapshot", "path of a .pbrt or .exr", "Open"),
+            Purpose::Compare => ("Compare with a picture", "path of an .exr", "Compare"),
+            Purpose::Reference => ("Measure errors against a picture", "path of a converged .exr", "Take it"),
         };
         ui.heading(heading);
         if !sheet.remark.is_empty() {
@@ -46,26 +69,24 @@ pub fn open_ui(ctx: &egui::Context, sheet: &mut OpenSheet, recent: &[PathBuf], o
             let entered = edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             let clicked = ui.add_sized([88.0, ui.spacing().interact_size.y], egui::Button::new(verb)).clicked();
             if (entered || clicked) && !sheet.text.trim().is_empty() {
-                let path = typed(&sheet.text);
-                out.push(if sheet.compare { Command::ComparePath(path) } else { Command::OpenPath(path) });
+                out.push(sheet.purpose.command(typed(&sheet.text)));
                 open = false;
             }
         });
-        if sheet.compare {
-            open &= !pictures_ui(ui, recent, out);
-        } else {
-            open &= !choices_ui(ui, recent, out);
-        }
+        open &= match sheet.purpose {
+            Purpose::Open => !choices_ui(ui, recent, out),
+            Purpose::Compare | Purpose::Reference => !pictures_ui(ui, recent, sheet.purpose, out),
+        };
     });
     open && !modal.should_close()
 }
 
 /// Recent pictures as a list of buttons. Returns true after a choice.
-fn pictures_ui(ui: &mut Ui, recent: &[PathBuf], out: &mut Vec<Command>) -> bool {
+fn pictures_ui(ui: &mut Ui, recent: &[PathBuf], purpose: Purpose, out: &mut Vec<Command>) -> bool {
     let mut chosen = false;
     for path in recent.iter().filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))) {
         if ui.button(short_name(path)).hint(path.display().to_string()).clicked() {
-            out.push(Command::ComparePath(path.clone()));
+            out.push(purpose.command(path.clone()));
             chosen = true;
         }
     }

@@ -35,11 +35,13 @@ pub fn weights_ui(ui: &mut Ui, estimator: &Estimator, out: &mut Vec<Command>) {
 /// Pattern, number and seed of the samples.
 pub fn samples_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
     let (sampling, defaults) = (&document.sampling(), &document.opened.settings.sampling);
+    // A file has its samples; number and seed are those of the pictures beside it, too.
+    let made = !document.active().is_file();
     title(ui, "Samples");
     let samplers = SamplerKind::ALL.map(|s| (s, sampler_name(s)));
     // Two rows: those with a number for each choice, those with one for all.
     for row in samplers.chunk_by(|(a, _), (b, _)| a.is_nested() == b.is_nested()) {
-        let picked = segmented(ui, "Sampler", sampling.sampler.kind, row, true, &sampler_hint);
+        let picked = segmented(ui, "Sampler", sampling.sampler.kind, row, made, &sampler_hint);
         out.extend(picked.map(|kind| Edit::SetSampler(kind).into()));
     }
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
@@ -47,7 +49,7 @@ pub fn samples_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
         let stratified = sampling.sampler.kind.has_strata();
         let mut jitter = sampling.sampler.jitter;
         let response = ui
-            .add_enabled(stratified, egui::Checkbox::new(&mut jitter, "jitter"))
+            .add_enabled(made && stratified, egui::Checkbox::new(&mut jitter, "jitter"))
             .hint("A random position in each stratum; off: its centre (biased). In a scene file: \"bool jitter\"");
         if response.changed() {
             out.push(Edit::SetJitter(jitter).into());

@@ -59,7 +59,7 @@ pub fn status_ui(ui: &mut Ui, work: &Work<'_>, document: &Document, out: &mut Ve
             let (right, left): (Vec<&Field>, Vec<&Field>) = fields.iter().partition(|field| field.right);
             for (index, field) in left.into_iter().enumerate() {
                 field_ui(ui, field, Align2::RIGHT_CENTER);
-                if index == 0 {
+                if index == 0 && !document.active().is_file() {
                     let spp = work.frame.map_or(0, Frame::spp);
                     progress_ui(ui, spp, sampling(document).spp, work.status);
                 }
@@ -78,25 +78,59 @@ fn sampling(document: &Document) -> Sampling {
     document.settings(document.active()).sampling
 }
 
+impl Field {
+    fn new(text: String, template: &str, rank: u8, hint: &str) -> Self {
+        Self { text, template: template.into(), hint: hint.into(), ink: None, rank, right: false }
+    }
+
+    fn right(text: String, template: &str, rank: u8, hint: &str) -> Self {
+        Self { right: true, ..Self::new(text, template, rank, hint) }
+    }
+}
+
 /// Everything there is to say, from left to right; those at the right end from right to left.
 fn fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
-    let Work { frame, status, threads, .. } = *work;
-    let (sampling, view) = (sampling(document), &document.view);
+    let made = !document.active().is_file();
+    let mut fields = if made {
+        making_fields(ui, work, document)
+    } else {
+        vec![Field::new("Picture from a file".into(), "", 0, "What made it, and how long that took, is not known.")]
+    };
+    let view = &document.view;
+    if made {
+        let text = format!("{} \u{d7} {}", simd_level_name(), work.threads);
+        fields.push(Field::right(text, "", 8, "Vector unit and worker threads."));
+    }
+    if LayerLook::of(document.active().layer).is_colour() {
+        let hint = "How numbers become light on the screen.";
+        fields.push(Field::right(view.tone_map.name().to_owned(), "Linear", 3, hint));
+        let exposure = "Exposure in stops: the picture times 2^EV.";
+        fields.push(Field::right(format!("EV {:+.1}", view.exposure_ev), "EV +88.8", 2, exposure));
+    } else {
+        fields.push(Field::right("false colour".into(), "", 3, "Colours stand for numbers: see the colour bar."));
+    }
+    if made {
+        let seed = "Where all random numbers start: the same seed gives the same noise.";
+        fields.push(Field::right(format!("seed {}", sampling(document).seed), "", 6, seed));
+    }
+    // Last, where nothing stands that it would push.
+    if view.offset != 0.0 && LayerLook::of(document.active().layer).is_colour() {
+        fields.push(Field::right(format!("offset {:+.2}", view.offset), "", 2, "Added after exposure."));
+    }
+    fields
+}
+
+/// How far a picture that is made here is, and what is wrong with it.
+fn making_fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
+    let Work { frame, status, .. } = *work;
+    let sampling = sampling(document);
     let spp = frame.map_or(0, Frame::spp);
     let stats = frame.map(Frame::stats);
     let target = sampling.spp.map_or("\u{221e}".into(), |n| n.to_string());
     // As wide as the target, or as an hour of endless passes.
     let widest = "8".repeat(if sampling.spp.is_some() { target.len() } else { 6 });
     let wrong = Inks::of(ui.visuals()).wrong;
-    let number = |text: String, template: &str, rank, hint: &str| Field {
-        text,
-        template: template.into(),
-        hint: hint.into(),
-        ink: None,
-        rank,
-        right: false,
-    };
-    let mut fields = vec![number(
+    let mut fields = vec![Field::new(
         format!("{spp} / {target} spp"),
         &format!("{widest} / {target} spp"),
         0,
@@ -106,49 +140,33 @@ fn fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
     if invalid > 0 {
         let hint = "Samples that were not a finite number. They were left out of the picture.";
         let text = format!("{} invalid samples", si(invalid as f64));
-        fields.push(Field { ink: Some(wrong), ..number(text, "", 1, hint) });
+        fields.push(Field { ink: Some(wrong), ..Field::new(text, "", 1, hint) });
     }
     if status.worker_panics > 0 {
         let text = format!("{} passes redone", status.worker_panics);
-        fields.push(Field { ink: Some(wrong), ..number(text, "", 1, status.error.as_deref().unwrap_or_default()) });
+        let why = status.error.as_deref().unwrap_or_default();
+        fields.push(Field { ink: Some(wrong), ..Field::new(text, "", 1, why) });
     }
     fields.extend([
-        number(
+        Field::new(
             format!("{} paths", si(stats.map_or(0.0, |s| s.paths as f64))),
             "88.8 M paths",
             5,
             "Camera rays of the whole picture: pixels times samples per pixel.",
         ),
-        number(
+        Field::new(
             format!("{} Mpaths/s", three_digits(stats.map_or(0.0, |s| s.mpaths_per_second()))),
             "8888 Mpaths/s",
             7,
             "Paths in a second, in millions. A path has two segments; strategy 3 draws two second ones.",
         ),
-        number(
+        Field::new(
             seconds(stats.map_or(0.0, |s| s.render_seconds)),
             "88:88 min",
             4,
             "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
         ),
     ]);
-    let right =
-        |text: String, template: &str, rank, hint: &str| Field { right: true, ..number(text, template, rank, hint) };
-    fields.push(right(format!("{} \u{d7} {threads}", simd_level_name()), "", 8, "Vector unit and worker threads."));
-    if LayerLook::of(document.active().layer).is_colour() {
-        let hint = "How numbers become light on the screen.";
-        fields.push(right(view.tone_map.name().to_owned(), "Linear", 3, hint));
-        let exposure = "Exposure in stops: the picture times 2^EV.";
-        fields.push(right(format!("EV {:+.1}", view.exposure_ev), "EV +88.8", 2, exposure));
-    } else {
-        fields.push(right("false colour".into(), "", 3, "Colours stand for numbers: see the colour bar."));
-    }
-    let seed = "Where all random numbers start: the same seed gives the same noise.";
-    fields.push(right(format!("seed {}", sampling.seed), "", 6, seed));
-    // Last, where nothing stands that it would push.
-    if view.offset != 0.0 && LayerLook::of(document.active().layer).is_colour() {
-        fields.push(right(format!("offset {:+.2}", view.offset), "", 2, "Added after exposure."));
-    }
     fields
 }
 

@@ -107,9 +107,10 @@ fn button(ui: &mut Ui, size: Vec2, key: usize, strategy: Strategy, estimator: &E
     focus_ring(ui, &response, rect);
     let quiet = if on { ink } else { ui.visuals().weak_text_color() };
     let at = |x: f32, y: f32| egui::pos2(rect.left() + x * body, rect.center().y + y * body);
-    painter.text(at(0.8, -0.38), Align2::LEFT_CENTER, key, FontId::proportional(body), quiet);
-    painter.text(at(2.2, -0.38), Align2::LEFT_CENTER, name, name_font(ui), ink);
-    painter.text(at(2.2, 0.58), Align2::LEFT_CENTER, strategy.name(), FontId::proportional(0.75 * body), quiet);
+    painter.text(at(0.8, -0.45), Align2::LEFT_CENTER, key, FontId::proportional(body), quiet);
+    painter.text(at(2.2, -0.45), Align2::LEFT_CENTER, name, name_font(ui), ink);
+    let small = FontId::proportional(TextStyle::Small.resolve(ui.style()).size);
+    painter.text(at(2.2, 0.58), Align2::LEFT_CENTER, strategy.name(), small, quiet);
     response.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, on, format!("{key} {name}")));
     response.hint_ui(|ui| explain::strategy(ui, estimator, strategy)).clicked()
 }

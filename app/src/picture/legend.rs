@@ -61,6 +61,11 @@ pub fn legend_ui(ui: &mut egui::Ui, key: Key<'_>) {
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, &legend.spoken));
 }
 
+/// How much room [`legend_ui`] takes in so wide a column.
+pub fn legend_size(ui: &egui::Ui, key: Key<'_>, available: f32) -> Vec2 {
+    Legend::new(ui, key, available).size
+}
+
 /// The legend without a plate, its upper left corner at `at`, no wider than `available`; returns its size.
 pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, available: f32) -> Vec2 {
     let legend = Legend::new(ui, Key { quantity: layer.into(), view, here: None }, available);

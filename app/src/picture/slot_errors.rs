@@ -5,8 +5,9 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use eframe::egui;
+use mislab_renderer::blind::blind_materials;
 use mislab_renderer::study::points::errors;
-use mislab_renderer::study::{Against, Mean};
+use mislab_renderer::study::{Against, Cells, Mean, Part};
 use mislab_renderer::{Estimator, Frame};
 
 use super::live::LivePicture;
@@ -26,6 +27,8 @@ pub struct SlotErrors {
     pub errors: Vec<[f64; 2]>,
     /// Means in each part; `None` with one sample per pixel.
     pub means: Option<Vec<Mean>>,
+    /// Of each part whether it is a mirror that the strategy cannot sample.
+    pub blind: Vec<bool>,
 }
 
 /// What all slots were measured with, and what came of it.
@@ -126,5 +129,18 @@ fn measured(frame: &Frame, against: &Against) -> Option<SlotErrors> {
         cpu_seconds: frame.stats().cpu_seconds,
         errors: errors(frame, against),
         means: Mean::of_frame(frame, &against.cells),
+        blind: blind_parts(frame, &against.cells),
     })
+}
+
+/// Of each part whether it shows a mirror that the frame's strategy never meets.
+fn blind_parts(frame: &Frame, cells: &Cells) -> Vec<bool> {
+    let request = frame.request();
+    let blind = blind_materials(&request.scene, &request.settings.estimator);
+    let is_blind = |plate: &String| blind.iter().any(|&index| request.scene.materials[index].name == *plate);
+    let of = |part: Part| match part {
+        Part::Whole => false,
+        Part::Square(index) => is_blind(&cells.squares[index].plate),
+    };
+    cells.parts().map(of).collect()
 }

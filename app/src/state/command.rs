@@ -26,6 +26,8 @@ pub enum Command {
 
     /// Asks for a picture to measure errors against.
     OpenReference,
+    /// Measures errors against a picture from a file.
+    ReferencePath(PathBuf),
     /// Measures against a rendered picture again.
     RenderReference,
     /// Saves what a study has measured, for spreadsheets, under the next free name.

@@ -29,15 +29,18 @@ struct Verdict {
     mean: Mean,
     /// Corrected for the number of tests; `None` where too few samples carried light.
     p: Option<f64>,
+    /// A mirror that the strategy cannot sample: no test is needed.
+    blind: bool,
 }
 
 impl Verdict {
     fn is_biased(&self) -> bool {
-        self.p.is_some_and(|p| p < SIGNIFICANCE)
+        self.blind || self.p.is_some_and(|p| p < SIGNIFICANCE)
     }
 
     fn words(&self) -> String {
         match self.p {
+            _ if self.blind => "biased: cannot be sampled".to_owned(),
             None => "too few samples with light".to_owned(),
             // Beyond, the tail of the normal distribution is rounding.
             Some(p) if p < 1e-12 => "biased, p < 1e-12".to_owned(),
@@ -56,11 +59,15 @@ fn verdicts(round: &Round) -> Vec<Vec<Option<Verdict>>> {
     let single: Vec<Option<f64>> =
         single.flat_map(|(row, r)| row.iter().map(|mean| mean.as_ref()?.p_value(r))).collect();
     let mut corrected = p_values(&single).into_iter();
-    let mut verdict = |mean: &Option<Mean>| {
+    let mut verdict = |part: usize, slot: usize, mean: Option<Mean>| {
         let p = corrected.next().flatten();
-        mean.map(|mean| Verdict { mean, p })
+        let blind = round.slots[slot].as_ref().is_some_and(|slot| slot.blind[part]);
+        mean.map(|mean| Verdict { mean, p, blind })
     };
-    rows.iter().map(|row| row.iter().map(&mut verdict).collect()).collect()
+    let mut row = |(part, row): (usize, &Vec<Option<Mean>>)| {
+        row.iter().enumerate().map(|(slot, mean)| verdict(part, slot, *mean)).collect()
+    };
+    rows.iter().enumerate().map(&mut row).collect()
 }
 
 /// Draws it over all that is left of `ui`.
@@ -233,7 +240,7 @@ fn csv(round: &Round, verdicts: &[Vec<Option<Verdict>>]) -> String {
     );
     for ((part, row), reference) in round.against.cells.parts().zip(verdicts).zip(round.reference.iter()) {
         for (number, (slot, verdict)) in round.slots.iter().zip(row).enumerate() {
-            let (Some(slot), Some(Verdict { mean, p })) = (slot, verdict) else { continue };
+            let (Some(slot), Some(Verdict { mean, p, blind: _ })) = (slot, verdict) else { continue };
             let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
             text += &format!(
                 "{},{},{},{},{},{},{},{},{},{},{},{}\n",

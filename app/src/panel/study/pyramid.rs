@@ -11,7 +11,7 @@ use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
 use crate::panel::widgets::{sheet_type, title};
 use crate::picture::engine::Engine;
-use crate::picture::legend::{Key, legend_overlay, legend_ui};
+use crate::picture::legend::{Key, legend_overlay, legend_size, legend_ui};
 use crate::picture::live::LivePicture;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
@@ -202,9 +202,13 @@ impl Open {
         ui.scope_builder(UiBuilder::new().id_salt("about").max_rect(plan.about), |ui| {
             ui.set_clip_rect(plan.about.intersect(ui.clip_rect()));
             ui.scope(|ui| {
-                // In a hall its words would not fit under the bar.
-                sheet_type(ui);
-                legend_ui(ui, Key { quantity: Layer::WeightLight.into(), view, here: None });
+                let key = Key { quantity: Layer::WeightLight.into(), view, here: None };
+                let size = legend_size(ui, key, ui.available_width());
+                if size.x > plan.about.width() || size.y > plan.about.height() {
+                    // Rather small than cut.
+                    sheet_type(ui);
+                }
+                legend_ui(ui, key);
             });
             ui.add_space(GRID);
             caption_that_fits(
@@ -278,7 +282,7 @@ impl Plan {
         ];
         signs.push(("=", if wide { beside(sum) } else { under(tiles[5]) }));
         let about = if wide {
-            Rect::from_min_max(sum.left_bottom() + vec2(0.0, 2.0 * GRID), pos2(sum.right(), area.bottom()))
+            Rect::from_min_max(sum.left_bottom() + vec2(0.0, 2.0 * GRID), pos2(area.right(), area.bottom()))
         } else {
             let top = tiles[3].bottom() + SIGN;
             Rect::from_min_max(pos2(tiles[0].left(), top), pos2(tiles[1].right(), area.bottom()))

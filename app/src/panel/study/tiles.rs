@@ -117,7 +117,11 @@ impl Tiles {
             ui.set_clip_rect(place.intersect(ui.clip_rect()));
             let shown =
                 Shown { quantity: tile.layer.into(), planes: tile.planes.as_ref(), stale: tile.behind.then_some("") };
-            tile.viewport.ui(ui, &mut view, shown).response
+            let response = tile.viewport.ui(ui, &mut view, shown).response;
+            if tile.planes.is_none() {
+                words(ui, place, Align2::CENTER_CENTER, WAITING, TextStyle::Small, ui.visuals().weak_text_color());
+            }
+            response
         });
         self.placement = view.placement;
         let response = shown.inner;
@@ -133,6 +137,9 @@ impl Tiles {
         response
     }
 }
+
+/// In a tile that has no picture yet.
+const WAITING: &str = "waiting \u{2026}";
 
 /// A line of words in a place of its own, which it does not leave.
 pub fn words(ui: &mut Ui, place: Rect, align: Align2, text: &str, style: TextStyle, color: Color32) {
