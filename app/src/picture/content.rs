@@ -44,7 +44,7 @@ impl Content {
     pub fn planes(&self, layer: Layer, unit: VarianceUnit, blind: &Blind) -> Result<Planes, String> {
         match self {
             Self::Frame(frame) => Ok(Planes::shown(frame, layer, unit, blind.as_ref().map(|blind| blind.as_slice()))),
-            Self::File(file) if layer == Layer::Variance && unit != VarianceUnit::OneSample => {
+            Self::File(file) if layer == Layer::Variance && unit != VarianceUnit::OneSample && file.has(layer) => {
                 Err(format!("{} has the variance of one sample alone: choose that unit.", file.name()))
             }
             Self::File(file) => file.planes(layer, LayerLook::of(layer).name),
