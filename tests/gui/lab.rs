@@ -92,7 +92,8 @@ impl Lab {
     /// Steps until `done`, or fails.
     #[track_caller]
     pub fn until(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
-        let deadline = Instant::now() + Duration::from_secs(60);
+        // A bound on failures alone: a table of checked kernels on a busy machine takes more than a minute.
+        let deadline = Instant::now() + Duration::from_secs(240);
         loop {
             self.harness.step();
             if done(self) {

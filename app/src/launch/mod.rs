@@ -1,5 +1,7 @@
 //! From the program to its window, or to the reason why there is none.
 
+#[cfg(unix)]
+mod signals;
 mod surroundings;
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -47,6 +49,8 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
     let there = created.clone();
     let create: eframe::AppCreator<'_> = Box::new(move |cc| {
         there.store(true, Ordering::Relaxed);
+        #[cfg(unix)]
+        signals::close_window_on_signal(&cc.egui_ctx);
         Ok(Box::new(MisLabApp::new(cc, options)))
     });
     silence_panics_until(created.clone());
