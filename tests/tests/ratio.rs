@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mislab_renderer::metrics::Region;
-use mislab_renderer::metrics::ratio::{Noise, Ratio};
+use mislab_renderer::metrics::ratio::{Noise, Pixels, Ratio};
 use mislab_renderer::{Channel, Estimator, Frame, PixelRect, Scene, Settings, Strategy};
 use mislab_tests::experiment::{independent, keyhole, render, veach};
 use mislab_tests::oracle::{LUMINANCE, World};
@@ -43,11 +43,12 @@ fn settings(strategy: Strategy, seed: u32) -> Settings {
 fn ratios(scene: &Arc<Scene>, [a, b]: [(Strategy, u32); 2]) -> Vec<Option<Ratio>> {
     let [a, b] = [a, b].map(|(strategy, seed)| Side::of(&render(scene, &settings(strategy, seed))));
     let width = (SIDE * REPLICATES[0]) as usize;
+    let pixels = Pixels::noise(&a.noise(), &b.noise(), width);
     let squares = (0..REPLICATES[1]).flat_map(|y| (0..REPLICATES[0]).map(move |x| [x * SIDE, y * SIDE]));
     squares
         .map(|min| {
             let region = Region::Rect { width, rect: PixelRect { min, max: min.map(|v| v + SIDE) } };
-            Ratio::of(&a.noise(), &b.noise(), width, &region)
+            Ratio::of(&pixels, &region)
         })
         .collect()
 }
@@ -108,7 +109,7 @@ fn numbers_and_sentences_by_hand() {
     let mean = [1.0; 8];
     let (a, b) = ([3.0, 4.5, 3.0, 4.5, 3.0, 4.5, 3.0, 4.5], [1.0, 1.5, 1.0, 1.5, 1.0, 1.5, 1.0, 1.5]);
     let noise = |variance, cost| Noise { mean: &mean, variance, cost };
-    let of = |a: Noise<'_>, b: Noise<'_>| Ratio::of(&a, &b, 8, &Region::All);
+    let of = |a: Noise<'_>, b: Noise<'_>| Ratio::of(&Pixels::noise(&a, &b, 8), &Region::All);
     let ratio = of(noise(&a, 1.0), noise(&b, 2.0)).expect("both have noise");
     assert!((ratio.value() - 1.5).abs() < 1e-12, "30 over 20");
     let same = ratio.interval(0.95);

@@ -3,6 +3,7 @@
 pub mod against;
 pub mod black;
 pub mod blind;
+pub mod comparing;
 pub mod content;
 pub mod engine;
 pub mod figure;

@@ -28,6 +28,48 @@ pub struct Noise<'a> {
     pub cost: f64,
 }
 
+/// What is compared of two pictures A and B: a number of each pixel, that of all being their sum.
+#[derive(Clone, Debug)]
+pub struct Pixels {
+    /// Row by row; what is not finite in both is left out.
+    values: Vec<[f64; 2]>,
+}
+
+impl Pixels {
+    /// The noise of pictures of that `width`: the weighted variances.
+    ///
+    /// # Panics
+    /// If the planes differ in length.
+    pub fn noise(a: &Noise<'_>, b: &Noise<'_>, width: usize) -> Self {
+        let weights = block_weights(a.mean, b.mean, width);
+        let across = width.div_ceil(BLOCK);
+        let value = |pixel: usize| {
+            let weight = weights[pixel / width / BLOCK * across + pixel % width / BLOCK];
+            [a, b].map(|noise| weight * f64::from(noise.variance[pixel]) * noise.cost)
+        };
+        Self { values: (0..a.mean.len()).map(value).collect() }
+    }
+
+    /// The sums over a region.
+    ///
+    /// # Panics
+    /// If it reaches beyond the pixels.
+    pub fn sums(&self, region: &Region<'_>) -> [f64; 2] {
+        self.of(region).iter().fold([0.0; 2], |sum, value| [sum[0] + value[0], sum[1] + value[1]])
+    }
+
+    fn of(&self, region: &Region<'_>) -> Vec<[f64; 2]> {
+        let mut found = Vec::new();
+        region.each(self.values.len(), |pixel| {
+            let value = self.values[pixel];
+            if value.iter().all(|v| v.is_finite()) {
+                found.push(value);
+            }
+        });
+        found
+    }
+}
+
 /// The noise of a picture A over that of a picture B.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio {
@@ -43,23 +85,13 @@ impl Ratio {
     /// One looks many times while pictures converge: what is called distinguishable is so at 99 %.
     const CONFIDENCE: f64 = 0.99;
 
-    /// Of pictures of that `width`, over a region. `None` if either has no noise at all, or too few pixels.
+    /// Over a region. `None` if either has nothing there, or there are too few pixels.
     ///
     /// # Panics
-    /// If the planes differ in length, or the region reaches beyond them.
-    pub fn of(a: &Noise<'_>, b: &Noise<'_>, width: usize, region: &Region<'_>) -> Option<Self> {
-        let weights = block_weights(a.mean, b.mean, width);
-        let across = width.div_ceil(BLOCK);
-        let mut noises: Vec<[f64; 2]> = Vec::new();
-        region.each(a.mean.len(), |pixel| {
-            let weight = weights[pixel / width / BLOCK * across + pixel % width / BLOCK];
-            let [of_a, of_b] = [a, b].map(|noise| weight * f64::from(noise.variance[pixel]) * noise.cost);
-            if of_a.is_finite() && of_b.is_finite() {
-                noises.push([of_a, of_b]);
-            }
-        });
-        let sum = |i: usize| noises.iter().map(|noise| noise[i]).sum::<f64>();
-        let (sum_a, sum_b) = (sum(0), sum(1));
+    /// If the region reaches beyond the pixels.
+    pub fn of(pixels: &Pixels, region: &Region<'_>) -> Option<Self> {
+        let noises = pixels.of(region);
+        let [sum_a, sum_b] = pixels.sums(region);
         if sum_a <= 0.0 || sum_b <= 0.0 {
             return None;
         }
