@@ -52,6 +52,31 @@ fn a_against_b_is_one_picture_with_a_sentence() {
 }
 
 #[test]
+fn the_sentence_is_about_the_square_under_the_mouse() {
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetSpp(SppTarget::passes(16)));
+    lab.key(Modifiers::NONE, Key::D);
+    lab.settle_all();
+    lab.until("the sentence", |lab| lab.has("Over all: "));
+    let picture = lab.rect("Picture: Variance: A over B, by 8 \u{d7} 8 pixels");
+    // Somewhere on the way down the middle there is a plate under a light, and the squares are found on a thread.
+    let seen = |lab: &Lab| (1..=4).any(|plate| lab.has(&format!("plate{plate} \u{d7} ")));
+    for step in 0..1200 {
+        let down = 0.3 + 0.6 * (step % 60) as f32 / 60.0;
+        let at = egui::pos2(picture.center().x, picture.top() + down * picture.height());
+        lab.harness.event(egui::Event::PointerMoved(at));
+        lab.harness.step();
+        if seen(&lab) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(seen(&lab), "no square was named");
+    lab.harness.event(egui::Event::PointerGone);
+    lab.until("all again", |lab| lab.has("Over all: "));
+}
+
+#[test]
 fn the_variance_has_a_unit_and_what_cannot_be_hit_is_said() {
     let mut lab = Lab::new();
     lab.apply(Edit::SetLayer(Layer::Variance));

@@ -13,6 +13,7 @@ use crate::picture::comparing::{Answer, Question};
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::legend::{Key, legend_overlay};
 use crate::picture::planes::Planes;
+use crate::picture::squares::Squares;
 use crate::picture::viewport::{Shown, Viewport};
 use crate::state::document::Document;
 use crate::state::placement::Geometry;
@@ -24,6 +25,9 @@ const INTERVAL: Duration = Duration::from_millis(250);
 pub struct Against {
     viewport: Viewport,
     blind: [BlindSpots; 2],
+    squares: Squares,
+    /// The square that the mouse was on in the last pass: an index into those of the answer.
+    on: Option<usize>,
     /// What planes and sentence were worked out from.
     of: Option<Of>,
     answer: Option<Answer>,
@@ -44,6 +48,7 @@ struct Of {
     blind: [Option<usize>; 2],
     versus: Versus,
     equal: Lockstep,
+    cells: Option<usize>,
     part: Option<PixelRect>,
 }
 
@@ -53,6 +58,8 @@ impl Against {
         Self {
             viewport: Viewport::new(pipeline),
             blind: Default::default(),
+            squares: Squares::default(),
+            on: None,
             of: None,
             answer: None,
             running: None,
@@ -72,7 +79,9 @@ impl Against {
     pub fn found(&self) -> &str {
         match &self.answer {
             Some(Answer { part: Some(part), .. }) => part,
-            Some(Answer { whole, part: None, .. }) => whole,
+            Some(Answer { whole, squares, part: None, .. }) => {
+                self.on.and_then(|square| squares.get(square)).unwrap_or(whole)
+            }
             None => self.why,
         }
     }
@@ -92,6 +101,7 @@ impl Against {
         let rect = response.response.rect.intersect(ui.clip_rect());
         let (Some(geometry), Some(planes)) = (response.geometry, &planes) else { return };
         let bounds = planes.bounds();
+        self.on = response.hovered_pixel.and_then(|at| self.squares.at(at, bounds));
         let here = response.hovered_pixel.map(|[x, y]| planes.value(x - bounds.min[0], y - bounds.min[1])[0]);
         self.select(ui, &response.response, &geometry, bounds);
         if let Some(part) = self.part {
@@ -102,6 +112,7 @@ impl Against {
     }
 
     fn nothing(&mut self, why: &'static str) {
+        self.on = None;
         self.of = None;
         self.answer = None;
         self.running = None;
@@ -143,6 +154,8 @@ impl Against {
         }
         let [first, second] = &mut self.blind;
         let blind = [first.of(ctx, a), second.of(ctx, b)];
+        let cells =
+            self.squares.of(ctx, a.request()).filter(|_| a.request().settings.image == b.request().settings.image);
         self.part = self.part.and_then(|part| inside(part, a.bounds()));
         let of = Of {
             frames: [a, b]
@@ -150,19 +163,20 @@ impl Against {
             blind: blind.each_ref().map(|blind| blind.as_ref().map(|blind| Arc::as_ptr(blind) as usize)),
             versus: document.view.versus,
             equal: document.equal,
+            cells: cells.as_ref().map(|cells| Arc::as_ptr(cells) as usize),
             part: self.part,
         };
         if self.running.is_some() || self.of.as_ref() == Some(&of) {
             return;
         }
-        let asked =
-            self.of.as_ref().is_some_and(|old| (old.versus, old.equal, old.part) != (of.versus, of.equal, of.part));
+        let asked = |of: &Of| (of.versus, of.equal, of.cells, of.part);
+        let asked = self.of.as_ref().is_some_and(|old| asked(old) != asked(&of));
         if let Some(begun) = self.begun.filter(|begun| self.answer.is_some() && !asked && begun.elapsed() < INTERVAL) {
             ctx.request_repaint_after(INTERVAL.saturating_sub(begun.elapsed()));
             return;
         }
         let frames = [a, b].map(Arc::clone);
-        let question = Question { frames, blind, versus: of.versus, equal: of.equal, part: of.part };
+        let question = Question { frames, blind, versus: of.versus, equal: of.equal, cells, part: of.part };
         let (sender, receiver) = channel();
         let ctx = ctx.clone();
         let work = move || {

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use mislab_renderer::metrics::Region;
 use mislab_renderer::metrics::ratio::{Noise, Pixels, Ratio};
+use mislab_renderer::study::Cells;
 use mislab_renderer::{Frame, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
@@ -25,6 +26,8 @@ pub struct Question {
     pub versus: Versus,
     /// What they have alike.
     pub equal: Lockstep,
+    /// The squares of their pixels, as far as they are known.
+    pub cells: Option<Arc<Cells>>,
     /// A part of its own, in pixels of the full image, within the frames.
     pub part: Option<PixelRect>,
 }
@@ -35,6 +38,8 @@ pub struct Answer {
     pub planes: Arc<Planes>,
     /// What is sure of the whole.
     pub whole: String,
+    /// The same of each square, in their order.
+    pub squares: Vec<String>,
     /// The same of the part.
     pub part: Option<String>,
 }
@@ -62,7 +67,12 @@ impl Question {
             let region = Region::Rect { width: bounds.width() as usize, rect: relative(part, bounds) };
             sentence("In the part", &region)
         });
-        Answer { planes: Arc::new(planes), whole: sentence("Over all", &Region::All), part }
+        let squares = self.cells.iter().flat_map(|cells| &cells.squares).map(|square| {
+            let place = format!("{} \u{d7} {}", square.plate, square.light);
+            sentence(&place, &Region::Pixels(&square.pixels))
+        });
+        let squares = squares.collect();
+        Answer { planes: Arc::new(planes), whole: sentence("Over all", &Region::All), squares, part }
     }
 }
 

@@ -25,6 +25,7 @@ pub mod reference;
 pub mod sheet;
 pub mod shelf;
 pub mod slot_errors;
+pub mod squares;
 pub mod still;
 pub mod swatch;
 pub mod tone;
