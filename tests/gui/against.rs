@@ -77,6 +77,24 @@ fn the_sentence_is_about_the_square_under_the_mouse() {
 }
 
 #[test]
+fn errors_have_a_reference_and_it_is_said_how_far_it_is() {
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetSpp(SppTarget::passes(16)));
+    lab.key(Modifiers::NONE, Key::D);
+    lab.settle_all();
+    lab.click("A against B: Error A / B");
+    lab.until("how far the reference is", |lab| lab.has("reference: "));
+    lab.until("the sentence", |lab| {
+        let spp = lab.has(" of 4096 spp") || lab.has("reference: 4096 spp");
+        spp && lab.has("Over all: ") && lab.has("less squared error here")
+    });
+    assert!(lab.has("Legend: Squared error: A over B, by 8 \u{d7} 8 pixels, 1/8, 1/4, 1/2, 1, 2, 4, 8"));
+    lab.until("errors in the captions", |lab| lab.has(", error 0.") || lab.has(", error 1"));
+    lab.click("A against B: Noise A / B");
+    lab.until("noise again", |lab| lab.has("; variance per ray"));
+}
+
+#[test]
 fn the_variance_has_a_unit_and_what_cannot_be_hit_is_said() {
     let mut lab = Lab::new();
     lab.apply(Edit::SetLayer(Layer::Variance));

@@ -1,10 +1,12 @@
 //! Two pictures as one: the first against the second, pixel by pixel, and what is sure of them in a sentence.
 
+use std::borrow::Cow;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Color32, Rect, Stroke, StrokeKind, Ui};
+use mislab_renderer::study::Against as Reference;
 use mislab_renderer::{Frame, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
@@ -21,6 +23,16 @@ use crate::state::placement::Geometry;
 /// It follows the pictures at most this often: both are gone through for it.
 const INTERVAL: Duration = Duration::from_millis(250);
 
+/// What two pictures are shown from.
+pub struct Subject {
+    /// A and B.
+    pub frames: [Option<Arc<Frame>>; 2],
+    /// What errors are measured against, of the scene as it is edited.
+    pub reference: Option<Arc<Reference>>,
+    /// How far that is, in words.
+    pub words: String,
+}
+
 /// Two pictures on screen as one.
 pub struct Against {
     viewport: Viewport,
@@ -32,10 +44,10 @@ pub struct Against {
     of: Option<Of>,
     answer: Option<Answer>,
     /// What is being worked out.
-    running: Option<(Of, Receiver<Answer>)>,
+    running: Option<(Of, Receiver<Option<Answer>>)>,
     begun: Option<Instant>,
     /// Why there is nothing.
-    why: &'static str,
+    why: Cow<'static, str>,
     /// The part that the sentence is about, in pixels of the full image; `None`: all of it.
     part: Option<PixelRect>,
     /// Where a part began to be selected.
@@ -48,6 +60,7 @@ struct Of {
     blind: [Option<usize>; 2],
     versus: Versus,
     equal: Lockstep,
+    reference: Option<usize>,
     cells: Option<usize>,
     part: Option<PixelRect>,
 }
@@ -64,7 +77,7 @@ impl Against {
             answer: None,
             running: None,
             begun: None,
-            why: "",
+            why: Cow::default(),
             part: None,
             from: None,
         }
@@ -82,14 +95,18 @@ impl Against {
             Some(Answer { whole, squares, part: None, .. }) => {
                 self.on.and_then(|square| squares.get(square)).unwrap_or(whole)
             }
-            None => self.why,
+            None => &self.why,
         }
     }
 
     /// Draws them over all that is left of `ui`.
-    pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, frames: &[Option<Arc<Frame>>; 2]) {
-        match frames {
-            [Some(a), Some(b)] if same_pixels(a, b) => self.update(ui.ctx(), document, [a, b]),
+    pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &Subject) {
+        match &subject.frames {
+            [Some(a), Some(b)] if same_pixels(a, b) => match fitting(subject.reference.as_ref(), document, [a, b]) {
+                Err(why) => self.nothing(why),
+                Ok(None) if document.view.versus == Versus::Errors => self.nothing(subject.words.clone()),
+                Ok(reference) => self.update(ui.ctx(), document, [a, b], reference),
+            },
             [Some(_), Some(_)] => self.nothing("The pictures have different sizes: nothing to compare."),
             [None, _] | [_, None] => self.nothing("Rendering the first pictures \u{2026}"),
         }
@@ -111,12 +128,12 @@ impl Against {
         legend_overlay(ui, rect, geometry.picture_rect(), key);
     }
 
-    fn nothing(&mut self, why: &'static str) {
+    fn nothing(&mut self, why: impl Into<Cow<'static, str>>) {
         self.on = None;
         self.of = None;
         self.answer = None;
         self.running = None;
-        self.why = why;
+        self.why = why.into();
     }
 
     /// With Shift a drag selects a part, and a click all.
@@ -143,11 +160,17 @@ impl Against {
     }
 
     /// Takes over what is worked out, and asks again where there is something new.
-    fn update(&mut self, ctx: &egui::Context, document: &Document, [a, b]: [&Arc<Frame>; 2]) {
+    fn update(
+        &mut self,
+        ctx: &egui::Context,
+        document: &Document,
+        [a, b]: [&Arc<Frame>; 2],
+        reference: Option<Arc<Reference>>,
+    ) {
         match self.running.as_ref().map(|(_, answer)| answer.try_recv()) {
             Some(Ok(answer)) => {
                 self.of = self.running.take().map(|(of, _)| of);
-                self.answer = Some(answer);
+                self.answer = answer;
             }
             Some(Err(TryRecvError::Disconnected)) => self.running = None,
             Some(Err(TryRecvError::Empty)) | None => {}
@@ -163,20 +186,21 @@ impl Against {
             blind: blind.each_ref().map(|blind| blind.as_ref().map(|blind| Arc::as_ptr(blind) as usize)),
             versus: document.view.versus,
             equal: document.equal,
+            reference: reference.as_ref().map(|reference| Arc::as_ptr(reference) as usize),
             cells: cells.as_ref().map(|cells| Arc::as_ptr(cells) as usize),
             part: self.part,
         };
         if self.running.is_some() || self.of.as_ref() == Some(&of) {
             return;
         }
-        let asked = |of: &Of| (of.versus, of.equal, of.cells, of.part);
+        let asked = |of: &Of| (of.versus, of.equal, of.reference, of.cells, of.part);
         let asked = self.of.as_ref().is_some_and(|old| asked(old) != asked(&of));
         if let Some(begun) = self.begun.filter(|begun| self.answer.is_some() && !asked && begun.elapsed() < INTERVAL) {
             ctx.request_repaint_after(INTERVAL.saturating_sub(begun.elapsed()));
             return;
         }
         let frames = [a, b].map(Arc::clone);
-        let question = Question { frames, blind, versus: of.versus, equal: of.equal, cells, part: of.part };
+        let question = Question { frames, blind, versus: of.versus, equal: of.equal, reference, cells, part: of.part };
         let (sender, receiver) = channel();
         let ctx = ctx.clone();
         let work = move || {
@@ -194,6 +218,27 @@ impl Against {
 fn same_pixels(a: &Frame, b: &Frame) -> bool {
     let resolution = |frame: &Frame| frame.request().settings.image.resolution;
     a.bounds() == b.bounds() && resolution(a) == resolution(b)
+}
+
+/// The reference, where errors are asked for: nothing else must begin anew when there is a better one. An error if it is of another
+/// picture than one of the two.
+fn fitting(
+    reference: Option<&Arc<Reference>>,
+    document: &Document,
+    frames: [&Arc<Frame>; 2],
+) -> Result<Option<Arc<Reference>>, &'static str> {
+    if document.view.versus != Versus::Errors {
+        return Ok(None);
+    }
+    for frame in frames {
+        let request = frame.request();
+        let same_scene = Arc::ptr_eq(&request.scene, &document.scene) || request.scene == document.scene;
+        if !same_scene || request.settings.image != document.image {
+            return Err("A picture is of another scene than the reference: no errors to compare.");
+        }
+    }
+    let of_pixels = |reference: &&Arc<Reference>| reference.len() == frames[0].bounds().area();
+    Ok(reference.filter(of_pixels).cloned())
 }
 
 /// The part of `bounds` that is in `part`; `None` if there is none.

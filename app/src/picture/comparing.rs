@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use mislab_renderer::metrics::Region;
 use mislab_renderer::metrics::ratio::{Noise, Pixels, Ratio};
-use mislab_renderer::study::Cells;
+use mislab_renderer::study::{Against, Cells};
 use mislab_renderer::{Frame, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
@@ -26,6 +26,8 @@ pub struct Question {
     pub versus: Versus,
     /// What they have alike.
     pub equal: Lockstep,
+    /// What errors are measured against, of the same pixels. Without one the errors are not asked for.
+    pub reference: Option<Arc<Against>>,
     /// The squares of their pixels, as far as they are known.
     pub cells: Option<Arc<Cells>>,
     /// A part of its own, in pixels of the full image, within the frames.
@@ -45,22 +47,35 @@ pub struct Answer {
 }
 
 impl Question {
-    /// Works it out: a hundredth of a second or so for each 100 000 pixels.
-    pub fn answer(&self) -> Answer {
+    /// Works it out: a hundredth of a second or so for each 100 000 pixels. `None`: errors without a reference.
+    pub fn answer(&self) -> Option<Answer> {
         let [a, b] = &self.frames;
         let (bounds, image) = (a.bounds(), a.request().settings.image.resolution);
         let sides = [a, b].map(|frame| Side::of(frame, unit(self.equal)).without(&self.blind, bounds, image));
-        let pixels = Pixels::noise(&sides[0].noise(), &sides[1].noise(), bounds.width() as usize);
-        let data = match self.versus {
-            Versus::Difference => difference(&sides),
-            Versus::Variances => blocks(&pixels, bounds),
+        let noise = || Pixels::noise(&sides[0].noise(), &sides[1].noise(), bounds.width() as usize);
+        let (pixels, data) = match self.versus {
+            Versus::Difference => (noise(), difference(&sides)),
+            Versus::Variances => {
+                let pixels = noise();
+                let data = blocks(&pixels, bounds);
+                (pixels, data)
+            }
+            Versus::Errors => {
+                let reference = self.reference.as_ref()?;
+                let [a, b] = sides.each_ref().map(|side| reference.pixel_errors(side.rgb()));
+                let pixels = Pixels::errors(&a, &b);
+                let data = blocks(&pixels, bounds);
+                (pixels, data)
+            }
         };
         let mut planes = Planes::new(self.versus, bounds, image, data);
-        for not in self.blind.iter().flatten() {
+        // What cannot be sampled is no noise, but an error.
+        for not in self.blind.iter().flatten().filter(|_| self.versus != Versus::Errors) {
             planes.mark(not);
         }
+        let what = if self.versus == Versus::Errors { "" } else { per(self.equal) };
         let sentence = |place: &str, region: &Region<'_>| match Ratio::of(&pixels, region) {
-            Some(ratio) => format!("{place}: {}; variance {}", ratio.sentence(), per(self.equal)),
+            Some(ratio) => format!("{place}: {}{what}", ratio.sentence()),
             None => format!("{place}: nothing to compare yet."),
         };
         let part = self.part.map(|part| {
@@ -72,7 +87,7 @@ impl Question {
             sentence(&place, &Region::Pixels(&square.pixels))
         });
         let squares = squares.collect();
-        Answer { planes: Arc::new(planes), whole: sentence("Over all", &Region::All), squares, part }
+        Some(Answer { planes: Arc::new(planes), whole: sentence("Over all", &Region::All), squares, part })
     }
 }
 
@@ -87,9 +102,9 @@ fn unit(equal: Lockstep) -> VarianceUnit {
 
 fn per(equal: Lockstep) -> &'static str {
     match equal {
-        Lockstep::Spp => "per sample",
-        Lockstep::Rays => "per ray",
-        Lockstep::CpuSeconds => "per second",
+        Lockstep::Spp => "; variance per sample",
+        Lockstep::Rays => "; variance per ray",
+        Lockstep::CpuSeconds => "; variance per second",
     }
 }
 
@@ -101,6 +116,9 @@ fn relative(part: PixelRect, bounds: PixelRect) -> PixelRect {
 
 /// One of the two pictures, as far as noise is concerned.
 struct Side {
+    /// Red, green and blue, one after the other.
+    colours: Vec<f32>,
+    /// Their luminance.
     mean: Vec<f32>,
     variance: Vec<f32>,
     cost: f64,
@@ -112,7 +130,13 @@ impl Side {
         let mut data = vec![0.0; variance::CHANNELS.len() * area];
         frame.resolve(&variance::CHANNELS, &mut data);
         let mean = (0..area).map(|i| luminance([0, 1, 2].map(|c| f64::from(data[c * area + i]))) as f32).collect();
-        Self { mean, variance: data.split_off(3 * area), cost: variance::cost(unit, frame) }
+        let variance = data.split_off(3 * area);
+        Self { colours: data, mean, variance, cost: variance::cost(unit, frame) }
+    }
+
+    fn rgb(&self) -> [&[f32]; 3] {
+        let area = self.mean.len();
+        [0, 1, 2].map(|c| &self.colours[c * area..(c + 1) * area])
     }
 
     /// Without the pixels that one of the pictures cannot sample.
@@ -139,7 +163,7 @@ fn difference([a, b]: &[Side; 2]) -> Vec<f32> {
     data.collect()
 }
 
-/// log2 of the ratio of the sums over each block.
+/// log2 of the ratio of the sums over each block; NaN where one of errors is negative by chance.
 fn blocks(pixels: &Pixels, bounds: PixelRect) -> Vec<f32> {
     let [width, height] = [bounds.width() as usize, bounds.height() as usize];
     let mut data = vec![f32::NAN; bounds.area()];
