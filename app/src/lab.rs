@@ -7,6 +7,7 @@ use eframe::egui_wgpu::RenderState;
 
 use crate::files::Files;
 use crate::look::theme::TypeScale;
+use crate::look::versus::Versus;
 use crate::panel::messages::Messages;
 use crate::panel::open::OpenSheet;
 use crate::panel::palette::Palette;
@@ -24,6 +25,7 @@ use crate::picture::sheet::Sheet;
 use crate::picture::shelf::Shelf;
 use crate::picture::slot_errors::Measuring;
 use crate::picture::swatch::Swatches;
+use crate::state::arrangement::Arrangement;
 use crate::state::command::Figure;
 use crate::state::destination::Destination;
 use crate::state::document::{Document, Opened};
@@ -141,10 +143,11 @@ impl Lab {
         }
     }
 
-    /// Makes the reference and measures the pictures against it, as long as a study needs that.
+    /// Makes the reference and measures the pictures against it, as long as a study or the picture needs that.
     pub fn measure(&mut self, ctx: &egui::Context) {
         let Self { document, engine, references, measuring, studies, .. } = self;
-        let wanted = studies.open.is_some_and(Study::is_beside_pictures);
+        let against = document.arrangement() == Arrangement::Difference && document.view.versus == Versus::Errors;
+        let wanted = studies.open.map_or(against, Study::is_beside_pictures);
         references.keep(ctx, &document.request(document.active()), wanted, engine.threads());
         measuring.update(ctx, references.latest().filter(|_| wanted), engine.pictures());
         studies.convergence.hold(studies.open != Some(Study::Convergence));

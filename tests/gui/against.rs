@@ -52,6 +52,49 @@ fn a_against_b_is_one_picture_with_a_sentence() {
 }
 
 #[test]
+fn the_sentence_is_about_the_square_under_the_mouse() {
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetSpp(SppTarget::passes(16)));
+    lab.key(Modifiers::NONE, Key::D);
+    lab.settle_all();
+    lab.until("the sentence", |lab| lab.has("Over all: "));
+    let picture = lab.rect("Picture: Variance: A over B, by 8 \u{d7} 8 pixels");
+    // Somewhere on the way down the middle there is a plate under a light, and the squares are found on a thread.
+    let seen = |lab: &Lab| (1..=4).any(|plate| lab.has(&format!("plate{plate} \u{d7} ")));
+    for step in 0..1200 {
+        let down = 0.3 + 0.6 * (step % 60) as f32 / 60.0;
+        let at = egui::pos2(picture.center().x, picture.top() + down * picture.height());
+        lab.harness.event(egui::Event::PointerMoved(at));
+        lab.harness.step();
+        if seen(&lab) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(seen(&lab), "no square was named");
+    lab.harness.event(egui::Event::PointerGone);
+    lab.until("all again", |lab| lab.has("Over all: "));
+}
+
+#[test]
+fn errors_have_a_reference_and_it_is_said_how_far_it_is() {
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetSpp(SppTarget::passes(16)));
+    lab.key(Modifiers::NONE, Key::D);
+    lab.settle_all();
+    lab.click("A against B: Error A / B");
+    lab.until("how far the reference is", |lab| lab.has("reference: "));
+    lab.until("the sentence", |lab| {
+        let spp = lab.has(" of 4096 spp") || lab.has("reference: 4096 spp");
+        spp && lab.has("Over all: ") && lab.has("less squared error here")
+    });
+    assert!(lab.has("Legend: Squared error: A over B, by 8 \u{d7} 8 pixels, 1/8, 1/4, 1/2, 1, 2, 4, 8"));
+    lab.until("errors in the captions", |lab| lab.has(", error 0.") || lab.has(", error 1"));
+    lab.click("A against B: Noise A / B");
+    lab.until("noise again", |lab| lab.has("; variance per ray"));
+}
+
+#[test]
 fn the_variance_has_a_unit_and_what_cannot_be_hit_is_said() {
     let mut lab = Lab::new();
     lab.apply(Edit::SetLayer(Layer::Variance));

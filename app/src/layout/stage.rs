@@ -8,9 +8,11 @@ use crate::lab::Lab;
 use crate::look::layer::LayerLook;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
+use crate::look::versus::Versus;
 use crate::panel::caption::{Caption, waiting_ui};
 use crate::panel::compare;
 use crate::panel::file_caption::FileCaption;
+use crate::picture::against;
 use crate::picture::content::Content;
 use crate::picture::pane::Subject;
 use crate::state::arrangement::Arrangement;
@@ -161,15 +163,20 @@ fn difference_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, out: &mut Vec<Command>
     let (above, captions) = place.split_top_bottom_at_y(place.bottom() - caption_height(ui));
     let strip = ui.spacing().interact_size.y + caption_height(ui) + GRID;
     let (picture, strip) = above.split_top_bottom_at_y(above.bottom() - strip);
-    let Lab { document, engine, panes, .. } = lab;
+    let Lab { document, engine, panes, references, .. } = lab;
     let frames = [0, 1].map(|slot| engine.pictures()[slot].frame());
+    let subject = against::Subject { frames, reference: references.latest(), words: references.words() };
     let against = panes.against_mut();
     ui.scope_builder(UiBuilder::new().id_salt("against").max_rect(picture), |ui| {
         ui.set_clip_rect(picture.intersect(ui.clip_rect()));
-        against.ui(ui, document, &frames);
+        against.ui(ui, document, &subject);
     });
     ui.scope_builder(UiBuilder::new().id_salt("versus").max_rect(strip.shrink2(vec2(2.0 * GRID, 0.0))), |ui| {
-        compare::versus_ui(ui, document, against.found(), out);
+        let found = match document.view.versus {
+            Versus::Errors if against.planes().is_some() => format!("{}; {}", against.found(), subject.words),
+            Versus::Errors | Versus::Variances | Versus::Difference => against.found().to_owned(),
+        };
+        compare::versus_ui(ui, document, &found, out);
     });
     let (first, second) = captions.split_left_right_at_fraction(0.5);
     for (slot, (caption, align)) in [(first, Align::Min), (second, Align::Max)].into_iter().enumerate() {

@@ -32,7 +32,7 @@ impl Quantity {
     pub fn channels(self) -> usize {
         match self {
             Self::Layer(layer) => layer.channels().len(),
-            Self::Versus(Versus::Difference | Versus::Variances) => 1,
+            Self::Versus(Versus::Difference | Versus::Variances | Versus::Errors) => 1,
         }
     }
 }
@@ -79,7 +79,7 @@ impl LayerLook {
             Quantity::Versus(versus) => {
                 let values: &[&str] = match versus {
                     Versus::Difference => &["A \u{2212} B"],
-                    Versus::Variances => &["log2 A / B"],
+                    Versus::Variances | Versus::Errors => &["log2 A / B"],
                 };
                 let (name, key) = (versus.title(), "versus");
                 return Self { name, key, technique: None, values, colouring: Colouring::Signed };

@@ -75,7 +75,7 @@ pub fn versus_ui(ui: &mut Ui, document: &Document, found: &str, out: &mut Vec<Co
         out.extend(picked.map(|versus| Edit::SetVersus(versus).into()));
     });
     let response = ui.add(Label::new(found).truncate());
-    response.hint("With its 95 % band. Shift and drag in the picture: of that part; Shift and click: of all again.");
+    response.hint("With its 95 % band: of the plate under the light that the mouse is on, or of all. Shift and drag in the picture: of that part, until Shift and click.");
 }
 
 /// What the pictures have alike, over the width given.

@@ -1,38 +1,53 @@
 //! Two pictures as one: the first against the second, pixel by pixel, and what is sure of them in a sentence.
 
+use std::borrow::Cow;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Color32, Rect, Stroke, StrokeKind, Ui};
-use mislab_renderer::metrics::Region;
-use mislab_renderer::metrics::ratio::{Noise, Ratio};
+use mislab_renderer::study::Against as Reference;
 use mislab_renderer::{Frame, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
 use crate::picture::blind::BlindSpots;
+use crate::picture::comparing::{Answer, Question};
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::legend::{Key, legend_overlay};
 use crate::picture::planes::Planes;
-use crate::picture::variance::{self, luminance};
+use crate::picture::squares::Squares;
 use crate::picture::viewport::{Shown, Viewport};
 use crate::state::document::Document;
 use crate::state::placement::Geometry;
-use crate::state::view::VarianceUnit;
 
-/// Side of the blocks that variances are shown for, in pixels: those of single pixels are mostly noise themselves.
-const BLOCK: usize = 8;
 /// It follows the pictures at most this often: both are gone through for it.
 const INTERVAL: Duration = Duration::from_millis(250);
+
+/// What two pictures are shown from.
+pub struct Subject {
+    /// A and B.
+    pub frames: [Option<Arc<Frame>>; 2],
+    /// What errors are measured against, of the scene as it is edited.
+    pub reference: Option<Arc<Reference>>,
+    /// How far that is, in words.
+    pub words: String,
+}
 
 /// Two pictures on screen as one.
 pub struct Against {
     viewport: Viewport,
     blind: [BlindSpots; 2],
+    squares: Squares,
+    /// The square that the mouse was on in the last pass: an index into those of the answer.
+    on: Option<usize>,
     /// What planes and sentence were worked out from.
     of: Option<Of>,
-    made: Option<Instant>,
-    planes: Option<Arc<Planes>>,
-    found: String,
+    answer: Option<Answer>,
+    /// What is being worked out.
+    running: Option<(Of, Receiver<Option<Answer>>)>,
+    begun: Option<Instant>,
+    /// Why there is nothing.
+    why: Cow<'static, str>,
     /// The part that the sentence is about, in pixels of the full image; `None`: all of it.
     part: Option<PixelRect>,
     /// Where a part began to be selected.
@@ -45,6 +60,8 @@ struct Of {
     blind: [Option<usize>; 2],
     versus: Versus,
     equal: Lockstep,
+    reference: Option<usize>,
+    cells: Option<usize>,
     part: Option<PixelRect>,
 }
 
@@ -54,10 +71,13 @@ impl Against {
         Self {
             viewport: Viewport::new(pipeline),
             blind: Default::default(),
+            squares: Squares::default(),
+            on: None,
             of: None,
-            made: None,
-            planes: None,
-            found: String::new(),
+            answer: None,
+            running: None,
+            begun: None,
+            why: Cow::default(),
             part: None,
             from: None,
         }
@@ -65,41 +85,55 @@ impl Against {
 
     /// What was on screen in the last pass.
     pub fn planes(&self) -> Option<&Arc<Planes>> {
-        self.planes.as_ref()
+        self.answer.as_ref().map(|answer| &answer.planes)
     }
 
     /// What is sure of the two pictures.
     pub fn found(&self) -> &str {
-        &self.found
+        match &self.answer {
+            Some(Answer { part: Some(part), .. }) => part,
+            Some(Answer { whole, squares, part: None, .. }) => {
+                self.on.and_then(|square| squares.get(square)).unwrap_or(whole)
+            }
+            None => &self.why,
+        }
     }
 
     /// Draws them over all that is left of `ui`.
-    pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, frames: &[Option<Arc<Frame>>; 2]) {
-        match frames {
-            [Some(a), Some(b)] if same_pixels(a, b) => self.update(ui.ctx(), document, [a, b]),
+    pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &Subject) {
+        match &subject.frames {
+            [Some(a), Some(b)] if same_pixels(a, b) => match fitting(subject.reference.as_ref(), document, [a, b]) {
+                Err(why) => self.nothing(why),
+                Ok(None) if document.view.versus == Versus::Errors => self.nothing(subject.words.clone()),
+                Ok(reference) => self.update(ui.ctx(), document, [a, b], reference),
+            },
             [Some(_), Some(_)] => self.nothing("The pictures have different sizes: nothing to compare."),
             [None, _] | [_, None] => self.nothing("Rendering the first pictures \u{2026}"),
         }
-        let versus = document.view.versus;
-        let shown = Shown { quantity: versus.into(), planes: self.planes.as_ref(), stale: None };
+        // Until the number asked for is worked out, the one before is shown, under its own name.
+        let planes = self.planes().cloned();
+        let quantity = planes.as_ref().map_or(document.view.versus.into(), |planes| planes.quantity());
+        let shown = Shown { quantity, planes: planes.as_ref(), stale: None };
         let response = self.viewport.ui(ui, &mut document.view, shown);
         let rect = response.response.rect.intersect(ui.clip_rect());
-        let (Some(geometry), Some(planes)) = (response.geometry, &self.planes) else { return };
+        let (Some(geometry), Some(planes)) = (response.geometry, &planes) else { return };
         let bounds = planes.bounds();
+        self.on = response.hovered_pixel.and_then(|at| self.squares.at(at, bounds));
         let here = response.hovered_pixel.map(|[x, y]| planes.value(x - bounds.min[0], y - bounds.min[1])[0]);
         self.select(ui, &response.response, &geometry, bounds);
         if let Some(part) = self.part {
             outline(ui, rect, &geometry, part);
         }
-        let key = Key { quantity: versus.into(), view: &document.view, here };
+        let key = Key { quantity, view: &document.view, here };
         legend_overlay(ui, rect, geometry.picture_rect(), key);
     }
 
-    fn nothing(&mut self, why: &str) {
+    fn nothing(&mut self, why: impl Into<Cow<'static, str>>) {
+        self.on = None;
         self.of = None;
-        self.planes = None;
-        self.found.clear();
-        self.found.push_str(why);
+        self.answer = None;
+        self.running = None;
+        self.why = why.into();
     }
 
     /// With Shift a drag selects a part, and a click all.
@@ -125,9 +159,26 @@ impl Against {
         }
     }
 
-    fn update(&mut self, ctx: &egui::Context, document: &Document, [a, b]: [&Arc<Frame>; 2]) {
+    /// Takes over what is worked out, and asks again where there is something new.
+    fn update(
+        &mut self,
+        ctx: &egui::Context,
+        document: &Document,
+        [a, b]: [&Arc<Frame>; 2],
+        reference: Option<Arc<Reference>>,
+    ) {
+        match self.running.as_ref().map(|(_, answer)| answer.try_recv()) {
+            Some(Ok(answer)) => {
+                self.of = self.running.take().map(|(of, _)| of);
+                self.answer = answer;
+            }
+            Some(Err(TryRecvError::Disconnected)) => self.running = None,
+            Some(Err(TryRecvError::Empty)) | None => {}
+        }
         let [first, second] = &mut self.blind;
         let blind = [first.of(ctx, a), second.of(ctx, b)];
+        let cells =
+            self.squares.of(ctx, a.request()).filter(|_| a.request().settings.image == b.request().settings.image);
         self.part = self.part.and_then(|part| inside(part, a.bounds()));
         let of = Of {
             frames: [a, b]
@@ -135,60 +186,32 @@ impl Against {
             blind: blind.each_ref().map(|blind| blind.as_ref().map(|blind| Arc::as_ptr(blind) as usize)),
             versus: document.view.versus,
             equal: document.equal,
+            reference: reference.as_ref().map(|reference| Arc::as_ptr(reference) as usize),
+            cells: cells.as_ref().map(|cells| Arc::as_ptr(cells) as usize),
             part: self.part,
         };
-        if self.of.as_ref() == Some(&of) {
+        if self.running.is_some() || self.of.as_ref() == Some(&of) {
             return;
         }
-        let asked =
-            self.of.as_ref().is_some_and(|old| (old.versus, old.equal, old.part) != (of.versus, of.equal, of.part));
-        if let Some(made) = self.made.filter(|made| self.planes.is_some() && !asked && made.elapsed() < INTERVAL) {
-            ctx.request_repaint_after(INTERVAL.saturating_sub(made.elapsed()));
+        let asked = |of: &Of| (of.versus, of.equal, of.reference, of.cells, of.part);
+        let asked = self.of.as_ref().is_some_and(|old| asked(old) != asked(&of));
+        if let Some(begun) = self.begun.filter(|begun| self.answer.is_some() && !asked && begun.elapsed() < INTERVAL) {
+            ctx.request_repaint_after(INTERVAL.saturating_sub(begun.elapsed()));
             return;
         }
-        let sides = [a, b].map(|frame| Side::of(frame, unit(document.equal)));
-        let mut planes = match of.versus {
-            Versus::Difference => difference(a, &sides),
-            Versus::Variances => variances(a, &sides),
+        let frames = [a, b].map(Arc::clone);
+        let question = Question { frames, blind, versus: of.versus, equal: of.equal, reference, cells, part: of.part };
+        let (sender, receiver) = channel();
+        let ctx = ctx.clone();
+        let work = move || {
+            // The two may have gone from the screen meanwhile.
+            let _ = sender.send(question.answer());
+            ctx.request_repaint_after(Duration::from_millis(1));
         };
-        let sides = [(sides, blind)].map(|([a, b], [not_a, not_b])| {
-            for not in [&not_a, &not_b].into_iter().flatten() {
-                planes.mark(not);
-            }
-            [a.without(&planes), b.without(&planes)]
-        });
-        let [[side_a, side_b]] = sides;
-        let width = a.bounds().width() as usize;
-        let region = match self.part {
-            Some(part) => Region::Rect { width, rect: relative(part, a.bounds()) },
-            None => Region::All,
-        };
-        let place = if self.part.is_some() { "In the part" } else { "Over all" };
-        let ratio = Ratio::of(&side_a.noise(), &side_b.noise(), width, &region);
-        self.found = match ratio {
-            Some(ratio) => format!("{place}: {}; variance {}", ratio.sentence(), per(document.equal)),
-            None => format!("{place}: nothing to compare yet."),
-        };
-        self.planes = Some(Arc::new(planes));
-        self.made = Some(Instant::now());
-        self.of = Some(of);
-    }
-}
-
-/// What variances are counted in where that is equal.
-fn unit(equal: Lockstep) -> VarianceUnit {
-    match equal {
-        Lockstep::Spp => VarianceUnit::Relative,
-        Lockstep::Rays => VarianceUnit::PerRay,
-        Lockstep::CpuSeconds => VarianceUnit::PerSecond,
-    }
-}
-
-fn per(equal: Lockstep) -> &'static str {
-    match equal {
-        Lockstep::Spp => "per sample",
-        Lockstep::Rays => "per ray",
-        Lockstep::CpuSeconds => "per second",
+        self.begun = Some(Instant::now());
+        // Without a thread it is asked again.
+        let thread = std::thread::Builder::new().name("A against B".into()).spawn(work);
+        self.running = thread.ok().map(|_| (of, receiver));
     }
 }
 
@@ -197,76 +220,32 @@ fn same_pixels(a: &Frame, b: &Frame) -> bool {
     a.bounds() == b.bounds() && resolution(a) == resolution(b)
 }
 
+/// The reference, where errors are asked for: nothing else must begin anew when there is a better one. An error if it is of another
+/// picture than one of the two.
+fn fitting(
+    reference: Option<&Arc<Reference>>,
+    document: &Document,
+    frames: [&Arc<Frame>; 2],
+) -> Result<Option<Arc<Reference>>, &'static str> {
+    if document.view.versus != Versus::Errors {
+        return Ok(None);
+    }
+    for frame in frames {
+        let request = frame.request();
+        let same_scene = Arc::ptr_eq(&request.scene, &document.scene) || request.scene == document.scene;
+        if !same_scene || request.settings.image != document.image {
+            return Err("A picture is of another scene than the reference: no errors to compare.");
+        }
+    }
+    let of_pixels = |reference: &&Arc<Reference>| reference.len() == frames[0].bounds().area();
+    Ok(reference.filter(of_pixels).cloned())
+}
+
 /// The part of `bounds` that is in `part`; `None` if there is none.
 fn inside(part: PixelRect, bounds: PixelRect) -> Option<PixelRect> {
     let min = [0, 1].map(|i| part.min[i].max(bounds.min[i]));
     let max = [0, 1].map(|i| part.max[i].min(bounds.max[i]));
     (min[0] < max[0] && min[1] < max[1]).then_some(PixelRect { min, max })
-}
-
-/// The same pixels counted from the first one of `bounds`.
-fn relative(part: PixelRect, bounds: PixelRect) -> PixelRect {
-    let shift = |at: [u32; 2]| [0, 1].map(|i| at[i] - bounds.min[i]);
-    PixelRect { min: shift(part.min), max: shift(part.max) }
-}
-
-/// One of the two pictures, as far as noise is concerned.
-struct Side {
-    mean: Vec<f32>,
-    variance: Vec<f32>,
-    cost: f64,
-}
-
-impl Side {
-    fn of(frame: &Frame, unit: VarianceUnit) -> Self {
-        let area = frame.bounds().area();
-        let mut data = vec![0.0; variance::CHANNELS.len() * area];
-        frame.resolve(&variance::CHANNELS, &mut data);
-        let mean = (0..area).map(|i| luminance([0, 1, 2].map(|c| f64::from(data[c * area + i]))) as f32).collect();
-        Self { mean, variance: data.split_off(3 * area), cost: variance::cost(unit, frame) }
-    }
-
-    /// Without the pixels that one of the pictures cannot sample.
-    fn without(mut self, planes: &Planes) -> Self {
-        for (variance, shown) in self.variance.iter_mut().zip(planes.channels().flatten()) {
-            if *shown == crate::picture::planes::BLIND {
-                *variance = f32::NAN;
-            }
-        }
-        self
-    }
-
-    fn noise(&self) -> Noise<'_> {
-        Noise { mean: &self.mean, variance: &self.variance, cost: self.cost }
-    }
-}
-
-fn difference(frame: &Frame, [a, b]: &[Side; 2]) -> Planes {
-    let data = a.mean.iter().zip(&b.mean).map(|(a, b)| if *a == 0.0 && *b == 0.0 { f32::NAN } else { a - b });
-    Planes::new(Versus::Difference, frame.bounds(), frame.request().settings.image.resolution, data.collect())
-}
-
-/// log2 of the ratio of the variances of each block.
-fn variances(frame: &Frame, [a, b]: &[Side; 2]) -> Planes {
-    let bounds = frame.bounds();
-    let [width, height] = [bounds.width() as usize, bounds.height() as usize];
-    let mut data = vec![f32::NAN; bounds.area()];
-    for top in (0..height).step_by(BLOCK) {
-        for left in (0..width).step_by(BLOCK) {
-            let rows = top..(top + BLOCK).min(height);
-            let row = |y: usize| y * width + left..y * width + (left + BLOCK).min(width);
-            let sum = |side: &Side| {
-                let all = rows.clone().flat_map(|y| &side.variance[row(y)]).filter(|v| v.is_finite());
-                side.cost * all.map(|v| f64::from(*v)).sum::<f64>()
-            };
-            // Of two that are 0 nothing is known; beyond a factor of a million the colour is the same.
-            let log = (sum(a) / sum(b)).log2().clamp(-20.0, 20.0) as f32;
-            for y in rows.clone() {
-                data[row(y)].fill(log);
-            }
-        }
-    }
-    Planes::new(Versus::Variances, bounds, frame.request().settings.image.resolution, data)
 }
 
 fn outline(ui: &Ui, rect: Rect, geometry: &Geometry, part: PixelRect) {

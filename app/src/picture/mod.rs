@@ -3,6 +3,7 @@
 pub mod against;
 pub mod black;
 pub mod blind;
+pub mod comparing;
 pub mod content;
 pub mod engine;
 pub mod figure;
@@ -24,6 +25,7 @@ pub mod reference;
 pub mod sheet;
 pub mod shelf;
 pub mod slot_errors;
+pub mod squares;
 pub mod still;
 pub mod swatch;
 pub mod tone;

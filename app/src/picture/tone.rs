@@ -179,8 +179,8 @@ fn table_position(quantity: Quantity, view: &ViewState) -> (f32, f32) {
 /// The number at the upper end of a signed map; the lower end has its opposite.
 pub fn signed_range(quantity: Quantity, view: &ViewState) -> f32 {
     match quantity {
-        // Eight times as noisy, or an eighth.
-        Quantity::Versus(Versus::Variances) => 3.0,
+        // Eight times as noisy or wrong, or an eighth.
+        Quantity::Versus(Versus::Variances | Versus::Errors) => 3.0,
         Quantity::Versus(Versus::Difference) | Quantity::Layer(_) => {
             if view.difference_range.is_finite() {
                 view.difference_range.clamp(1e-6, 1e6)

@@ -208,6 +208,24 @@ impl Errors {
     }
 }
 
+/// Squared error of each pixel over the square of the reference, the mean of its channels; NaN where a value is undefined. Its
+/// mean over a region is the relMSE of that, so that single ones may be negative by chance.
+///
+/// # Panics
+/// If planes differ in length, or the reference has fewer channels.
+pub fn pixel_errors(picture: &[&[f32]], reference: &Reference<'_>) -> Vec<f64> {
+    let pixels = 0..picture.first().map_or(0, |plane| plane.len());
+    let error = |pixel: usize| {
+        let each = picture.iter().enumerate().map(|(channel, plane)| {
+            let (x, [r1, r2]) = (f64::from(plane[pixel]), reference.at(channel, pixel));
+            relative((x - r1) * (x - r2), mean_of([r1, r2]))
+        });
+        let sum = each.sum::<f64>();
+        if sum.is_finite() { sum / picture.len() as f64 } else { f64::NAN }
+    };
+    pixels.map(error).collect()
+}
+
 fn mean_of([r1, r2]: [f64; 2]) -> f64 {
     (r1 + r2) / 2.0
 }

@@ -69,6 +69,14 @@ impl Against {
         self.halves.errors(picture, &self.cells.region(part))
     }
 
+    /// Squared errors of each pixel of a picture's planes, whose mean over a part is the relMSE of [`Self::errors`].
+    ///
+    /// # Panics
+    /// If they are not of [`Self::len`].
+    pub fn pixel_errors(&self, picture: [&[f32]; 3]) -> Vec<f64> {
+        self.halves.pixel_errors(picture)
+    }
+
     /// Its own noise, as errors of the mean of its halves; `None` for a file, which is taken as exact.
     pub fn noise(&self, part: Part) -> Option<Errors> {
         let [first, second] = self.halves.halves.each_ref().map(|half| half.each_ref().map(Vec::as_slice));

@@ -23,6 +23,12 @@ impl Reference {
         Errors::of(&picture, &metrics::Reference::Halves([&first, &second]), region)
     }
 
+    /// Squared errors of each pixel of `picture`, by [`metrics::pixel_errors`].
+    pub fn pixel_errors(&self, picture: [&[f32]; 3]) -> Vec<f64> {
+        let [first, second] = self.planes();
+        metrics::pixel_errors(&picture, &metrics::Reference::Halves([&first, &second]))
+    }
+
     /// The reference's own relMSE over all pixels.
     pub fn own(&self) -> Option<f64> {
         let [first, second] = self.planes();

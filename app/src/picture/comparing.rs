@@ -1,0 +1,185 @@
+//! Two pictures against each other, worked out: the planes of what is shown, and what is sure of each part in a sentence.
+
+use std::sync::Arc;
+
+use mislab_renderer::metrics::Region;
+use mislab_renderer::metrics::ratio::{Noise, Pixels, Ratio};
+use mislab_renderer::study::{Against, Cells};
+use mislab_renderer::{Frame, Lockstep, PixelRect};
+
+use crate::look::versus::Versus;
+use crate::picture::blind::Blind;
+use crate::picture::planes::Planes;
+use crate::picture::variance::{self, luminance};
+use crate::state::view::VarianceUnit;
+
+/// Side of the blocks that ratios are shown for, in pixels: those of single pixels are mostly noise themselves.
+const BLOCK: usize = 8;
+
+/// What is asked of two pictures of the same pixels.
+pub struct Question {
+    /// A and B.
+    pub frames: [Arc<Frame>; 2],
+    /// What they cannot sample.
+    pub blind: [Blind; 2],
+    /// Which number of both.
+    pub versus: Versus,
+    /// What they have alike.
+    pub equal: Lockstep,
+    /// What errors are measured against, of the same pixels. Without one the errors are not asked for.
+    pub reference: Option<Arc<Against>>,
+    /// The squares of their pixels, as far as they are known.
+    pub cells: Option<Arc<Cells>>,
+    /// A part of its own, in pixels of the full image, within the frames.
+    pub part: Option<PixelRect>,
+}
+
+/// What came of it.
+pub struct Answer {
+    /// The numbers.
+    pub planes: Arc<Planes>,
+    /// What is sure of the whole.
+    pub whole: String,
+    /// The same of each square, in their order.
+    pub squares: Vec<String>,
+    /// The same of the part.
+    pub part: Option<String>,
+}
+
+impl Question {
+    /// Works it out: a hundredth of a second or so for each 100 000 pixels. `None`: errors without a reference.
+    pub fn answer(&self) -> Option<Answer> {
+        let [a, b] = &self.frames;
+        let (bounds, image) = (a.bounds(), a.request().settings.image.resolution);
+        let sides = [a, b].map(|frame| Side::of(frame, unit(self.equal)).without(&self.blind, bounds, image));
+        let noise = || Pixels::noise(&sides[0].noise(), &sides[1].noise(), bounds.width() as usize);
+        let (pixels, data) = match self.versus {
+            Versus::Difference => (noise(), difference(&sides)),
+            Versus::Variances => {
+                let pixels = noise();
+                let data = blocks(&pixels, bounds);
+                (pixels, data)
+            }
+            Versus::Errors => {
+                let reference = self.reference.as_ref()?;
+                let [a, b] = sides.each_ref().map(|side| reference.pixel_errors(side.rgb()));
+                let pixels = Pixels::errors(&a, &b);
+                let data = blocks(&pixels, bounds);
+                (pixels, data)
+            }
+        };
+        let mut planes = Planes::new(self.versus, bounds, image, data);
+        // What cannot be sampled is no noise, but an error.
+        for not in self.blind.iter().flatten().filter(|_| self.versus != Versus::Errors) {
+            planes.mark(not);
+        }
+        let what = if self.versus == Versus::Errors { "" } else { per(self.equal) };
+        let sentence = |place: &str, region: &Region<'_>| match Ratio::of(&pixels, region) {
+            Some(ratio) => format!("{place}: {}{what}", ratio.sentence()),
+            None => format!("{place}: nothing to compare yet."),
+        };
+        let part = self.part.map(|part| {
+            let region = Region::Rect { width: bounds.width() as usize, rect: relative(part, bounds) };
+            sentence("In the part", &region)
+        });
+        let squares = self.cells.iter().flat_map(|cells| &cells.squares).map(|square| {
+            let place = format!("{} \u{d7} {}", square.plate, square.light);
+            sentence(&place, &Region::Pixels(&square.pixels))
+        });
+        let squares = squares.collect();
+        Some(Answer { planes: Arc::new(planes), whole: sentence("Over all", &Region::All), squares, part })
+    }
+}
+
+/// What variances are counted in where that is equal.
+fn unit(equal: Lockstep) -> VarianceUnit {
+    match equal {
+        Lockstep::Spp => VarianceUnit::Relative,
+        Lockstep::Rays => VarianceUnit::PerRay,
+        Lockstep::CpuSeconds => VarianceUnit::PerSecond,
+    }
+}
+
+fn per(equal: Lockstep) -> &'static str {
+    match equal {
+        Lockstep::Spp => "; variance per sample",
+        Lockstep::Rays => "; variance per ray",
+        Lockstep::CpuSeconds => "; variance per second",
+    }
+}
+
+/// The same pixels counted from the first one of `bounds`.
+fn relative(part: PixelRect, bounds: PixelRect) -> PixelRect {
+    let shift = |at: [u32; 2]| [0, 1].map(|i| at[i] - bounds.min[i]);
+    PixelRect { min: shift(part.min), max: shift(part.max) }
+}
+
+/// One of the two pictures, as far as noise is concerned.
+struct Side {
+    /// Red, green and blue, one after the other.
+    colours: Vec<f32>,
+    /// Their luminance.
+    mean: Vec<f32>,
+    variance: Vec<f32>,
+    cost: f64,
+}
+
+impl Side {
+    fn of(frame: &Frame, unit: VarianceUnit) -> Self {
+        let area = frame.bounds().area();
+        let mut data = vec![0.0; variance::CHANNELS.len() * area];
+        frame.resolve(&variance::CHANNELS, &mut data);
+        let mean = (0..area).map(|i| luminance([0, 1, 2].map(|c| f64::from(data[c * area + i]))) as f32).collect();
+        let variance = data.split_off(3 * area);
+        Self { colours: data, mean, variance, cost: variance::cost(unit, frame) }
+    }
+
+    fn rgb(&self) -> [&[f32]; 3] {
+        let area = self.mean.len();
+        [0, 1, 2].map(|c| &self.colours[c * area..(c + 1) * area])
+    }
+
+    /// Without the pixels that one of the pictures cannot sample.
+    fn without(mut self, blind: &[Blind; 2], bounds: PixelRect, image: [u32; 2]) -> Self {
+        let width = bounds.width() as usize;
+        for not in blind.iter().flatten() {
+            for (pixel, variance) in self.variance.iter_mut().enumerate() {
+                let [x, y] = [pixel % width + bounds.min[0] as usize, pixel / width + bounds.min[1] as usize];
+                if not[y * image[0] as usize + x] {
+                    *variance = f32::NAN;
+                }
+            }
+        }
+        self
+    }
+
+    fn noise(&self) -> Noise<'_> {
+        Noise { mean: &self.mean, variance: &self.variance, cost: self.cost }
+    }
+}
+
+fn difference([a, b]: &[Side; 2]) -> Vec<f32> {
+    let data = a.mean.iter().zip(&b.mean).map(|(a, b)| if *a == 0.0 && *b == 0.0 { f32::NAN } else { a - b });
+    data.collect()
+}
+
+/// log2 of the ratio of the sums over each block; NaN where one of errors is negative by chance.
+fn blocks(pixels: &Pixels, bounds: PixelRect) -> Vec<f32> {
+    let [width, height] = [bounds.width() as usize, bounds.height() as usize];
+    let mut data = vec![f32::NAN; bounds.area()];
+    for top in (0..height).step_by(BLOCK) {
+        for left in (0..width).step_by(BLOCK) {
+            let rect = PixelRect {
+                min: [left as u32, top as u32],
+                max: [(left + BLOCK).min(width) as u32, (top + BLOCK).min(height) as u32],
+            };
+            let [a, b] = pixels.sums(&Region::Rect { width, rect });
+            // Of two that are 0 nothing is known; beyond a factor of a million the colour is the same.
+            let log = if a < 0.0 || b < 0.0 { f32::NAN } else { (a / b).log2().clamp(-20.0, 20.0) as f32 };
+            for y in top..rect.max[1] as usize {
+                data[y * width + left..y * width + rect.max[0] as usize].fill(log);
+            }
+        }
+    }
+    data
+}
