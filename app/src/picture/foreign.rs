@@ -64,11 +64,6 @@ impl Foreign {
         Ok(Planes::new(layer, self.bounds, self.size, data))
     }
 
-    /// Whether it has the numbers of a layer, and they are still in memory.
-    pub fn has(&self, layer: Layer) -> bool {
-        self.image.as_ref().is_some_and(|image| layer.channels().iter().all(|&c| self.channel(image, c).is_some()))
-    }
-
     /// The number of a pixel of the full image, if the file has one.
     pub fn value(&self, [x, y]: [u32; 2], channel: Channel) -> Option<f32> {
         let image = self.image.as_ref()?;
