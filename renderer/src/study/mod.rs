@@ -1,7 +1,7 @@
 //! Measurements that go on beside live pictures: a reference that grows, points of error curves as their pictures are
 //! finished, means and what they say of bias.
 //!
-//! Reading order: [`cells`] are the parts of a picture that get numbers of their own, [`reference`] what errors are measured against,
+//! Reading order: [`cells`] are the parts of a picture that get numbers of their own, [`mod@reference`] what errors are measured against,
 //! [`points`] the pictures of the curves, [`curves`] what is known of them so far, [`means`] bias or noise.
 
 pub mod cells;
