@@ -141,12 +141,13 @@ impl Lab {
         }
     }
 
-    /// Makes the reference and measures the pictures against it, as long as a study needs that.
+    /// Makes the reference as long as a study needs it, and measures the pictures against what there is of it.
     pub fn measure(&mut self, ctx: &egui::Context) {
         let Self { document, engine, references, measuring, studies, .. } = self;
         let wanted = studies.open.is_some_and(Study::is_beside_pictures);
         references.keep(ctx, &document.request(document.active()), wanted, engine.threads());
-        measuring.update(ctx, references.latest().filter(|_| wanted), engine.pictures());
+        // What was made stays of use: captions go on showing errors when the study is closed.
+        measuring.update(ctx, references.latest(), engine.pictures());
         studies.convergence.hold(studies.open != Some(Study::Convergence));
     }
 
