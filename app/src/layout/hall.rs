@@ -84,7 +84,8 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
             // Side by side: a legend needs the height.
             ui.horizontal(|ui| {
-                let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
+                // Layouts have the longer names, and a legend repeats that of a layer.
+                let width = 0.45 * ui.available_width();
                 display::layer_menu(ui, slot.layer, width, out);
                 compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
             });
