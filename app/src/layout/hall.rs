@@ -12,6 +12,7 @@ use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::waiting_ui;
 use crate::panel::{compare, display, formula, menu, status, strategy};
 use crate::picture::content::Content;
+use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 
 /// The projector view, in whichever of the two ways makes the picture larger. Returns where the pictures are.
@@ -93,7 +94,9 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
                 ui.label("Equal");
                 compare::equal_ui(ui, &lab.document, out);
             }
-            if !LayerLook::of(slot.layer).is_colour() {
+            // A study, and two pictures as one, have colours of their own.
+            let as_one = lab.document.arrangement() == Arrangement::Difference;
+            if !LayerLook::of(slot.layer).is_colour() && !as_one && lab.studies.open.is_none() {
                 active_legend_ui(ui, lab);
             }
         });
