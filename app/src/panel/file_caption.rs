@@ -1,10 +1,11 @@
 //! The caption of a picture from a file: its name and size, in neutral ink. What made it is not known.
 
-use eframe::egui::{Align2, Color32, FontId, Label, RichText, TextStyle, Ui};
+use eframe::egui::{Align2, Color32, FontId, Label, RichText, Ui};
 use mislab_renderer::Layer;
 
 use crate::look::layer::LayerLook;
 use crate::look::theme::{GRID, medium};
+use crate::panel::caption::line_font;
 use crate::panel::hint::Hint as _;
 use crate::panel::widgets::cell;
 use crate::picture::foreign::Foreign;
@@ -34,13 +35,13 @@ impl FileCaption {
 
     /// In one line, or in the first of several: the name, and what else is known where all of that has room.
     pub fn line_ui(&self, ui: &mut Ui, layer: Layer) {
-        ui.spacing_mut().item_spacing.x = 2.5 * GRID;
-        let body = TextStyle::Body.resolve(ui.style());
-        let medium = FontId::new(body.size, medium());
+        ui.spacing_mut().item_spacing.x = 2.0 * GRID;
+        let font = line_font(ui);
+        let medium = FontId::new(font.size, medium());
         let layer = (layer != Layer::Picture).then(|| format!("   {}", LayerLook::of(layer).name));
         let about = self.about.clone() + &layer.unwrap_or_default();
         let room = ui.available_width();
-        let beside = room - width(ui, &about, &body) - ui.spacing().item_spacing.x;
+        let beside = room - width(ui, &about, &font) - ui.spacing().item_spacing.x;
         let short = self.fitting_name(ui, &medium, beside);
         let alone = short.is_none();
         let name =
@@ -51,7 +52,7 @@ impl FileCaption {
             self.name, self.about
         ));
         if !alone {
-            let about = RichText::new(about).color(ui.visuals().weak_text_color());
+            let about = RichText::new(about).font(font).color(ui.visuals().weak_text_color());
             ui.add(Label::new(about).truncate()).hint(
                 "Size in pixels. Pictures of other sizes are aligned by their edges; pixels are read as they are.",
             );
