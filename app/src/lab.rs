@@ -143,13 +143,14 @@ impl Lab {
         }
     }
 
-    /// Makes the reference and measures the pictures against it, as long as a study or the picture needs that.
+    /// Makes the reference as long as a study or the picture needs it, and measures the pictures against what there is of it.
     pub fn measure(&mut self, ctx: &egui::Context) {
         let Self { document, engine, references, measuring, studies, .. } = self;
         let against = document.arrangement() == Arrangement::Difference && document.view.versus == Versus::Errors;
         let wanted = studies.open.map_or(against, Study::is_beside_pictures);
         references.keep(ctx, &document.request(document.active()), wanted, engine.threads());
-        measuring.update(ctx, references.latest().filter(|_| wanted), engine.pictures());
+        // What was made stays of use: captions go on showing errors when the study is closed.
+        measuring.update(ctx, references.latest(), engine.pictures());
         studies.convergence.hold(studies.open != Some(Study::Convergence));
     }
 

@@ -12,6 +12,7 @@ use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::waiting_ui;
 use crate::panel::{compare, display, formula, menu, status, strategy};
 use crate::picture::content::Content;
+use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 
 /// The projector view, in whichever of the two ways makes the picture larger. Returns where the pictures are.
@@ -84,7 +85,8 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
             // Side by side: a legend needs the height.
             ui.horizontal(|ui| {
-                let width = 0.5 * (ui.available_width() - ui.spacing().item_spacing.x);
+                // Layouts have the longer names, and a legend repeats that of a layer.
+                let width = 0.45 * ui.available_width();
                 display::layer_menu(ui, slot.layer, width, out);
                 compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
             });
@@ -92,7 +94,9 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
                 ui.label("Equal");
                 compare::equal_ui(ui, &lab.document, out);
             }
-            if !LayerLook::of(slot.layer).is_colour() {
+            // A study, and two pictures as one, have colours of their own.
+            let as_one = lab.document.arrangement() == Arrangement::Difference;
+            if !LayerLook::of(slot.layer).is_colour() && !as_one && lab.studies.open.is_none() {
                 active_legend_ui(ui, lab);
             }
         });

@@ -161,7 +161,7 @@ fn flip_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, legend: bool, out: &mut Vec<
 /// Two pictures as one, over what can be said of them and both captions.
 fn difference_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, out: &mut Vec<Command>) {
     let (above, captions) = place.split_top_bottom_at_y(place.bottom() - caption_height(ui));
-    let strip = ui.spacing().interact_size.y + caption_height(ui) + GRID;
+    let strip = ui.spacing().interact_size.y + compare::found_height(ui, place.width()) + 3.0 * GRID;
     let (picture, strip) = above.split_top_bottom_at_y(above.bottom() - strip);
     let Lab { document, engine, panes, references, .. } = lab;
     let frames = [0, 1].map(|slot| engine.pictures()[slot].frame());

@@ -126,12 +126,10 @@ impl Caption {
     /// there is room for. The layer comes before the rest. In a narrow place type is smaller, and where there is room
     /// for one number it is the error.
     pub fn line_ui(&self, ui: &mut Ui, equal: Lockstep, layer: Layer) {
-        let body = TextStyle::Body.resolve(ui.style());
-        let narrow = ui.available_width() < NARROW * body.size;
-        let font = if narrow { TextStyle::Small.resolve(ui.style()) } else { body };
+        let font = line_font(ui);
         let medium = FontId::new(font.size, medium());
         let (inks, visuals) = (Inks::of(ui.visuals()), ui.visuals().clone());
-        ui.spacing_mut().item_spacing.x = if narrow { 2.0 * GRID } else { 2.5 * GRID };
+        ui.spacing_mut().item_spacing.x = 2.0 * GRID;
         let name = strategy_name(self.strategy);
         let widest = strategy_name(Strategy::MisAll);
         cell(ui, name, widest, medium.clone(), Some(inks.strategy(self.strategy)), Align2::LEFT_CENTER);
@@ -245,6 +243,12 @@ impl Caption {
             ui.label(small(text).italics());
         }
     }
+}
+
+/// Type of a caption of one line in the room there is.
+pub fn line_font(ui: &Ui) -> FontId {
+    let body = TextStyle::Body.resolve(ui.style());
+    if ui.available_width() < NARROW * body.size { TextStyle::Small.resolve(ui.style()) } else { body }
 }
 
 const HINTS: [&str; 6] = [

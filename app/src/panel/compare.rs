@@ -63,6 +63,16 @@ pub fn layout_menu(ui: &mut Ui, document: &Document, study: Option<Study>, width
     response.accessible_name("Layout").hint("One picture, two or four of them. (A, B, W, H, D, Q; Escape: one)");
 }
 
+/// Height of what is sure of two pictures over that width: one line, or two where type is large.
+pub fn found_height(ui: &Ui, width: f32) -> f32 {
+    let style = TextStyle::Body;
+    let lines = if width < WIDE * style.resolve(ui.style()).size { 2.0 } else { 1.0 };
+    lines * ui.text_style_height(&style)
+}
+
+/// So many times the size of its type has one line of that room for the longest sentence.
+const WIDE: f32 = 36.0;
+
 /// Which number of two pictures is shown, and under it what is sure of them.
 pub fn versus_ui(ui: &mut Ui, document: &Document, found: &str, out: &mut Vec<Command>) {
     let choices = Versus::ALL.map(|versus| (versus, versus.name()));
@@ -74,7 +84,7 @@ pub fn versus_ui(ui: &mut Ui, document: &Document, found: &str, out: &mut Vec<Co
         let picked = segmented(ui, "A against B", document.view.versus, &choices, true, &hint);
         out.extend(picked.map(|versus| Edit::SetVersus(versus).into()));
     });
-    let response = ui.add(Label::new(found).truncate());
+    let response = ui.add(Label::new(found).wrap());
     response.hint("With its 95 % band: of the plate under the light that the mouse is on, or of all. Shift and drag in the picture: of that part, until Shift and click.");
 }
 

@@ -19,7 +19,7 @@ pub fn formula_ui(ui: &mut Ui, estimator: Option<&Estimator>, scale: TypeScale) 
     let inks = Inks::of(ui.visuals());
     let (size, line) = match scale {
         TypeScale::Desk => (18.0, 44.0),
-        TypeScale::Hall => (29.0, 62.0),
+        TypeScale::Hall => (29.0, 67.0),
     };
     let small = egui::TextStyle::Small.resolve(ui.style());
     let room = 2.0 * ui.text_style_height(&egui::TextStyle::Small);

@@ -37,8 +37,11 @@ pub fn sheet_type(ui: &mut Ui) {
     for font in ui.style_mut().text_styles.values_mut() {
         font.size = font.size.min(LARGEST);
     }
-    let row = ui.spacing().interact_size.y.min(1.6 * LARGEST);
-    ui.spacing_mut().interact_size.y = row;
+    let spacing = ui.spacing_mut();
+    let row = spacing.interact_size.y.min(1.6 * LARGEST);
+    spacing.interact_size.y = row;
+    spacing.icon_width = spacing.icon_width.min(0.75 * row);
+    spacing.icon_width_inner = spacing.icon_width_inner.min(0.4 * row);
 }
 
 /// A quiet caption.

@@ -106,6 +106,8 @@ impl References {
                 Some(spp) => format!("reference: a file of {spp} spp"),
                 None => "reference: a file".to_owned(),
             },
+            // Before its first sample each light is rendered alone, or the file is read.
+            (None, None) if made.spp == 0 => "reference: looking for plates and lights \u{2026}".to_owned(),
             (None, _) if made.spp >= REFERENCE_SPP => format!("reference: {REFERENCE_SPP} spp"),
             (None, _) => format!("reference: {} of {REFERENCE_SPP} spp", made.spp),
         }

@@ -46,6 +46,8 @@ pub struct Convergence {
 const AT: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 /// From this width on, slopes stand in two columns, in points.
 const WIDE: f32 = 640.0;
+/// The widest that is said of a slope.
+const WIDEST_SLOPE: &str = "MIS, both: slope \u{2212}8.88 \u{b1} 88.88";
 /// Pictures of each point.
 const REPLICATES: u32 = 8;
 
@@ -370,16 +372,20 @@ fn foot_ui(
     let inks = Inks::of(ui.visuals());
     let curves = state.map(|state| &state.curves);
     let columns = if ui.available_width() > WIDE { 2 } else { 1 };
-    egui::Grid::new("slopes").num_columns(columns).min_row_height(0.0).spacing([6.0 * GRID, 0.0]).show(ui, |ui| {
+    let (gap, font) = (6.0 * GRID, TextStyle::Body.resolve(ui.style()));
+    let widest = ui.painter().layout_no_wrap(WIDEST_SLOPE.into(), font, Color32::WHITE).size().x;
+    // In a hall two columns have no room for the word.
+    let between = if columns as f32 * (widest + gap) > ui.available_width() + gap { " " } else { ": slope " };
+    egui::Grid::new("slopes").num_columns(columns).min_row_height(0.0).spacing([gap, 0.0]).show(ui, |ui| {
         ui.spacing_mut().interact_size.y = 0.0;
         for (curve, strategy) in Strategy::ALL.into_iter().enumerate() {
             let slope = curves.and_then(|curves| curves.slope(curve, index(study.part), study.measure));
-            let text = slope.map_or("slope \u{2013}".to_owned(), |fit| {
+            let text = slope.map_or("\u{2013}".to_owned(), |fit| {
                 let [low, high] = fit.interval;
-                format!("slope {:.2} ({low:.2} to {high:.2})", fit.slope).replace('-', "\u{2212}")
+                format!("{:.2} \u{b1} {:.2}", fit.slope, 0.5 * (high - low)).replace('-', "\u{2212}")
             });
             let name = strategy_name(strategy);
-            let label = ui.label(RichText::new(format!("{name}: {text}")).color(inks.strategy(strategy)));
+            let label = ui.label(RichText::new(format!("{name}{between}{text}")).color(inks.strategy(strategy)));
             label.hint("Slope of the line through the points on logarithmic axes, and its 95 % interval.");
             if (curve + 1) % columns == 0 {
                 ui.end_row();

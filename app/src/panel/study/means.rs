@@ -20,6 +20,9 @@ pub struct Means {
     part: Part,
 }
 
+/// Radius of the ring around a biased mean.
+const MARK: f32 = 6.25;
+
 /// A picture is called biased if so small a p-value comes by chance less often, over all rows and pictures together.
 const SIGNIFICANCE: f64 = 0.01;
 
@@ -176,7 +179,8 @@ fn relative(mean: &Mean, reference: &Mean) -> [f64; 2] {
 }
 
 fn dots_ui(ui: &Ui, rect: Rect, round: &Round, part: usize, row: &[Option<Verdict>], scale: f64) {
-    let painter = ui.painter_at(rect.expand(2.0));
+    // Wide enough for the mark of a mean at the very end.
+    let painter = ui.painter_at(rect.expand(MARK));
     let inks = Inks::of(ui.visuals());
     let weak = ui.visuals().weak_text_color();
     let x = |relative: f64| {
@@ -199,7 +203,7 @@ fn dots_ui(ui: &Ui, rect: Rect, round: &Round, part: usize, row: &[Option<Verdic
         painter.hline(x(difference - half)..=x(difference + half), y, Stroke::new(2.0, ink));
         painter.circle_filled(egui::pos2(x(difference), y), 3.5, ink);
         if verdict.is_biased() {
-            painter.circle_stroke(egui::pos2(x(difference), y), 5.5, Stroke::new(1.5, inks.wrong));
+            painter.circle_stroke(egui::pos2(x(difference), y), MARK - 0.75, Stroke::new(1.5, inks.wrong));
         }
     }
 }
