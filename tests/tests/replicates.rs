@@ -1,7 +1,6 @@
 //! What a sample of a pattern is worth, measured over replicates, against the oracle's exact variance.
 
 use std::num::NonZeroU32;
-use std::sync::Arc;
 
 use mislab_renderer::study::Replicated;
 use mislab_renderer::study::replicates::REPLICATES;
