@@ -570,6 +570,11 @@ fn normalise_sets_the_range_by_the_data() {
     assert_eq!(view.variance_range, [-4.0, 2.0]);
     normalise(&mut view, &Planes::new(Layer::Variance, bounds, [100, 1], vec![f32::NAN; 100]));
     assert_eq!(view.variance_range, [-4.0, 2.0], "nothing to go by");
+
+    // B is brighter everywhere but where a picture is blind.
+    let data = (0..100).map(|i| if i % 2 == 0 { -0.034 } else { BLIND }).collect();
+    normalise(&mut view, &Planes::new(Versus::Difference, bounds, [100, 1], data));
+    assert!((view.difference_range - 0.04).abs() < 1e-6, "{}", view.difference_range);
 }
 
 #[test]

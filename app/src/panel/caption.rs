@@ -255,8 +255,8 @@ const HINTS: [&str; 6] = [
     "relMSE against the reference: the mean of (x - r)\u{b2} / (r\u{b2} + 0.01).",
 ];
 
-const SPREAD: &str = "The layer takes samples as independent. Small pictures of the pattern with other seeds say what a sample is worth as \
-                      it is drawn: the number of samples times the variance of their mean, averaged over the picture.";
+const SPREAD: &str = "Variance, averaged over the picture. The layer takes samples as independent. Small pictures of the pattern with other seeds say what a sample is worth as \
+                      it is drawn: the number of samples times the variance of their mean.";
 
 /// Why the expected picture is not the true one, if so.
 fn bias(frame: &Frame) -> Option<String> {

@@ -13,18 +13,15 @@ use crate::state::view::VarianceUnit;
 pub fn spread_words(frame: &Frame, unit: VarianceUnit, found: Option<Replicated>) -> String {
     let kind = frame.request().settings.sampling.sampler.kind;
     let name = match kind {
-        SamplerKind::Independent => return "Variance of independent samples, as these are.".to_owned(),
+        SamplerKind::Independent => return "of independent samples, as these are".to_owned(),
         SamplerKind::Stratified => sampler_name(kind).to_lowercase(),
         SamplerKind::Sobol => sampler_name(kind).to_owned(),
     };
-    let Some(found) = found else {
-        return format!("Variance as if samples were independent; these are {name}. Measuring \u{2026}");
-    };
+    let Some(found) = found else { return format!("as if independent, these are {name} \u{2026}") };
     let cost = variance::cost(unit, frame);
     let [independent, pattern] = [found.independent, found.pattern].map(|spread| match unit {
         VarianceUnit::OneSample => two_digits(spread.absolute),
         VarianceUnit::Relative | VarianceUnit::PerRay | VarianceUnit::PerSecond => two_digits(cost * spread.relative),
     });
-    let spp = found.spp;
-    format!("Variance {independent} if independent; {pattern} over {REPLICATES} replicates of {spp} samples, {name}.")
+    format!("{independent} if independent; {name} {pattern} ({REPLICATES} replicates)")
 }
