@@ -7,6 +7,8 @@ use std::sync::Arc;
 use eframe::egui::{self, Pos2, Rect, pos2, vec2};
 use egui_kittest::{Harness, kittest::Queryable};
 use mislab::look::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
+use mislab::look::layer::{Colouring, LayerLook, Quantity};
+use mislab::look::versus::Versus;
 use mislab::picture::film_texture::FilmPipeline;
 use mislab::picture::legend::{Key, legend_overlay};
 use mislab::picture::normalise::normalise;
@@ -25,7 +27,7 @@ struct App {
     gpu: Viewport,
     cpu: Viewport,
     on_gpu: bool,
-    layer: Layer,
+    layer: Quantity,
     view: ViewState,
     planes: Option<Arc<Planes>>,
     stale: bool,
@@ -43,11 +45,11 @@ impl eframe::App for App {
         let shown = viewport.ui(
             ui,
             view,
-            Shown { quantity: (*layer).into(), planes: planes.as_ref(), stale: stale.then_some("previous settings") },
+            Shown { quantity: *layer, planes: planes.as_ref(), stale: stale.then_some("previous settings") },
         );
         if *legend {
             let rect = shown.response.rect;
-            legend_overlay(ui, rect, rect, Key { quantity: (*layer).into(), view, here: *here });
+            legend_overlay(ui, rect, rect, Key { quantity: *layer, view, here: *here });
         }
         *last = Some(shown);
     }
@@ -59,7 +61,7 @@ impl App {
             gpu: Viewport::new(render_state.and_then(FilmPipeline::new)),
             cpu: Viewport::new(None),
             on_gpu: render_state.is_some(),
-            layer,
+            layer: layer.into(),
             view: ViewState::default(),
             planes: Some(Arc::new(synthetic(layer))),
             stale: false,
@@ -70,9 +72,9 @@ impl App {
         }
     }
 
-    fn show(&mut self, layer: Layer) {
-        self.layer = layer;
-        self.planes = Some(Arc::new(synthetic(layer)));
+    fn show(&mut self, quantity: impl Into<Quantity>) {
+        self.layer = quantity.into();
+        self.planes = Some(Arc::new(synthetic(self.layer)));
     }
 
     fn geometry(&self) -> Geometry {
@@ -111,28 +113,33 @@ fn undrawn(size: [f32; 2]) -> Harness<'static, App> {
 
 /// Numbers over the whole range of a layer and beyond: exponential or linear from left to right, a blotch of
 /// every kind of number that needs care in the lowest rows.
-fn synthetic(layer: Layer) -> Planes {
+fn synthetic(quantity: impl Into<Quantity>) -> Planes {
+    let quantity = quantity.into();
     let [w, h] = SIZE;
     let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, 1e-40, 3e38];
     let mut data = Vec::new();
-    for channel in 0..layer.channels().len() {
+    for channel in 0..quantity.channels() {
         for y in 0..h {
             for x in 0..w {
                 let t = (x as f32 + 0.37 * y as f32 / h as f32) / w as f32;
                 data.push(if y >= h - 8 {
                     special[(x / 8) as usize]
-                } else if matches!(layer, Layer::Picture | Layer::Light | Layer::Bsdf) {
-                    let tint = 1.0 - 0.3 * channel as f32 * y as f32 / h as f32;
-                    (20.0 * t - 12.0).exp2() * tint
-                } else if layer == Layer::Variance {
-                    10_f32.powf(8.0 * t - 5.0)
                 } else {
-                    t
+                    match LayerLook::of(quantity).colouring {
+                        Colouring::Radiance => {
+                            let tint = 1.0 - 0.3 * channel as f32 * y as f32 / h as f32;
+                            (20.0 * t - 12.0).exp2() * tint
+                        }
+                        Colouring::Magnitude => 10_f32.powf(8.0 * t - 5.0),
+                        // Beyond the range of ratios on either side, and through that of differences in the middle.
+                        Colouring::Signed => 8.0 * t - 4.0,
+                        Colouring::Share { .. } => t,
+                    }
                 });
             }
         }
     }
-    Planes::new(layer, PixelRect { min: [0, 0], max: SIZE }, SIZE, data)
+    Planes::new(quantity, PixelRect { min: [0, 0], max: SIZE }, SIZE, data)
 }
 
 /// The window's picture by both ways, width and RGBA8.
@@ -164,6 +171,10 @@ fn shader_and_cpu_show_the_same_of_every_layer_and_tone_map() {
     let mut harness = drawn([210.0, 150.0], 1.0);
     for dark in [true, false] {
         harness.state_mut().dark = dark;
+        for versus in Versus::ALL {
+            harness.state_mut().show(versus);
+            assert_agree(&mut harness, &format!("{versus:?}, dark {dark}"));
+        }
         for layer in Layer::ALL {
             harness.state_mut().show(layer);
             for map in ToneMap::ALL {
@@ -211,7 +222,7 @@ fn shader_and_cpu_agree_on_exposure_range_zoom_crop_and_stale() {
     let whole = synthetic(Layer::ShareLight);
     let data = whole.channels().flatten().copied().collect();
     harness.state_mut().planes = Some(Arc::new(Planes::new(Layer::ShareLight, bounds, [300, 200], data)));
-    harness.state_mut().layer = Layer::ShareLight;
+    harness.state_mut().layer = Layer::ShareLight.into();
     harness.state_mut().view = ViewState::default();
     assert_agree(&mut harness, "crop window");
 }
@@ -255,7 +266,7 @@ fn a_picture_beyond_the_largest_texture_is_shown_all_the_same() {
     let bounds = PixelRect { min: [0, 0], max: [20_000, 2] };
     let data = (0..bounds.area()).map(|i| (i % 20_000) as f32 / 20_000.0).collect();
     let state = harness.state_mut();
-    state.layer = Layer::ShareLight;
+    state.layer = Layer::ShareLight.into();
     state.view.placement = Placement::Free { scale: 32.0, centre: [19_999.0, 1.0] };
     state.planes = Some(Arc::new(Planes::new(Layer::ShareLight, bounds, bounds.max, data)));
     harness.run();
@@ -473,7 +484,7 @@ fn outside_the_crop_window_is_surround_and_no_pixel() {
     let bounds = PixelRect { min: [50, 0], max: [100, 100] };
     let planes = Planes::new(Layer::ShareLight, bounds, [200, 100], vec![1.0; bounds.area()]);
     harness.state_mut().planes = Some(Arc::new(planes));
-    harness.state_mut().layer = Layer::ShareLight;
+    harness.state_mut().layer = Layer::ShareLight.into();
     for (at, inside) in [(pos2(20.5, 50.5), false), (pos2(70.5, 50.5), true), (pos2(120.5, 50.5), false)] {
         harness.hover_at(at);
         harness.run();
@@ -559,6 +570,11 @@ fn normalise_sets_the_range_by_the_data() {
     assert_eq!(view.variance_range, [-4.0, 2.0]);
     normalise(&mut view, &Planes::new(Layer::Variance, bounds, [100, 1], vec![f32::NAN; 100]));
     assert_eq!(view.variance_range, [-4.0, 2.0], "nothing to go by");
+
+    // B is brighter everywhere but where a picture is blind.
+    let data = (0..100).map(|i| if i % 2 == 0 { -0.034 } else { BLIND }).collect();
+    normalise(&mut view, &Planes::new(Versus::Difference, bounds, [100, 1], data));
+    assert!((view.difference_range - 0.04).abs() < 1e-6, "{}", view.difference_range);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
+use mislab_renderer::{Layer, SamplerKind};
 
 use crate::files::Files;
 use crate::look::theme::TypeScale;
@@ -21,6 +22,7 @@ use crate::picture::live::LivePicture;
 use crate::picture::pane::{Pane, Panes};
 use crate::picture::picking::Target;
 use crate::picture::reference::References;
+use crate::picture::replicates::Replicates;
 use crate::picture::sheet::Sheet;
 use crate::picture::shelf::Shelf;
 use crate::picture::slot_errors::Measuring;
@@ -66,6 +68,8 @@ pub struct Lab {
     pub references: References,
     /// Errors and means of the pictures against it.
     pub measuring: Measuring,
+    /// What the samples of the active picture's pattern are worth.
+    pub replicates: Replicates,
     /// Plots, numbers and series of pictures.
     pub studies: Studies,
     /// What is to be said.
@@ -116,6 +120,7 @@ impl Lab {
             sheets: Sheets::default(),
             references: References::default(),
             measuring: Measuring::default(),
+            replicates: Replicates::default(),
             studies: Studies::default(),
             messages: Messages::default(),
             figures: Vec::new(),
@@ -145,12 +150,17 @@ impl Lab {
 
     /// Makes the reference as long as a study or the picture needs it, and measures the pictures against what there is of it.
     pub fn measure(&mut self, ctx: &egui::Context) {
-        let Self { document, engine, references, measuring, studies, .. } = self;
+        let Self { document, engine, references, measuring, replicates, studies, .. } = self;
         let against = document.arrangement() == Arrangement::Difference && document.view.versus == Versus::Errors;
         let wanted = studies.open.map_or(against, Study::is_beside_pictures);
         references.keep(ctx, &document.request(document.active()), wanted, engine.threads());
         // What was made stays of use: captions go on showing errors when the study is closed.
         measuring.update(ctx, references.latest(), engine.pictures());
+        let variance = document.slots().len() == 1
+            && document.active().layer == Layer::Variance
+            && studies.open.is_none_or(Study::is_beside_pictures)
+            && document.sampling().sampler.kind != SamplerKind::Independent;
+        replicates.keep(ctx, variance.then(|| document.request(document.active())));
         studies.convergence.hold(studies.open != Some(Study::Convergence));
     }
 

@@ -10,7 +10,7 @@ use eframe::egui::{
     self, Align, Align2, CentralPanel, Color32, Frame, Key, Layout, Margin, Panel, Popup, Rect, ScrollArea, Ui,
     UiBuilder, vec2,
 };
-use mislab_renderer::State;
+use mislab_renderer::{Layer, State};
 
 use crate::lab::Lab;
 use crate::look::theme::{GRID, TypeScale};
@@ -18,6 +18,7 @@ use crate::panel::caption::{Caption, aside_ui, waiting_ui};
 use crate::panel::display::Measured;
 use crate::panel::file_caption::{FROM_FILE, FileCaption};
 use crate::panel::picture::PictureSheet;
+use crate::panel::spread::spread_words;
 use crate::panel::{
     compare, display, formula, help, hint, menu, messages, open, palette, picture, sampling, save, scene, status,
     strategy, table, warnings,
@@ -139,7 +140,9 @@ fn layer_menu(ui: &mut Ui, lab: &Lab, width: f32, out: &mut Vec<Command>) {
 /// The caption of the picture that controls are about.
 fn single_caption(lab: &Lab, frame: &mislab_renderer::Frame) -> Caption {
     let error = lab.measuring.rel_mse(lab.document.active_index(), lab.live());
-    Caption::new(frame, lab.live().is_behind()).with_error(error)
+    let spread = (lab.document.active().layer == Layer::Variance)
+        .then(|| spread_words(frame, lab.document.view.variance_unit, lab.replicates.found()));
+    Caption::new(frame, lab.live().is_behind()).with_error(error).with_spread(spread)
 }
 
 fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {

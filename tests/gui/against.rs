@@ -86,7 +86,7 @@ fn errors_have_a_reference_and_it_is_said_how_far_it_is() {
     lab.until("how far the reference is", |lab| lab.has("reference: "));
     lab.until("the sentence", |lab| {
         let spp = lab.has(" of 4096 spp") || lab.has("reference: 4096 spp");
-        spp && lab.has("Over all: ") && lab.has("less squared error here")
+        spp && lab.has("Over all: ") && !lab.has("; variance per ray")
     });
     assert!(lab.has("Legend: Squared error: A over B, by 8 \u{d7} 8 pixels, 1/8, 1/4, 1/2, 1, 2, 4, 8"));
     lab.until("errors in the captions", |lab| lab.has(", error 0.") || lab.has(", error 1"));
@@ -99,6 +99,7 @@ fn the_variance_has_a_unit_and_what_cannot_be_hit_is_said() {
     let mut lab = Lab::new();
     lab.apply(Edit::SetLayer(Layer::Variance));
     lab.until("the default unit", |lab| lab.has("Legend: Variance over mean\u{b2}, per ray"));
+    lab.until("what the samples are worth", |lab| lab.has(" if independent; ") && lab.has("8 replicates"));
     lab.click("Unit of the variance: sample");
     assert_eq!(lab.document().view.variance_unit, VarianceUnit::OneSample);
     assert_eq!(lab.document().view.variance_range, VarianceUnit::OneSample.default_range(), "its usual range");

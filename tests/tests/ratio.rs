@@ -34,23 +34,23 @@ impl Side {
     }
 }
 
-fn settings(strategy: Strategy, seed: u32) -> Settings {
-    let size = [SIDE * REPLICATES[0], SIDE * REPLICATES[1]];
+fn settings(strategy: Strategy, seed: u32, side: u32) -> Settings {
+    let size = REPLICATES.map(|count| side * count);
     Settings { estimator: Estimator { strategy, ..Estimator::default() }, ..independent(SPP, seed, size) }
 }
 
 /// The ratios of all replicates.
 fn ratios(scene: &Arc<Scene>, [a, b]: [(Strategy, u32); 2]) -> Vec<Option<Ratio>> {
-    let [a, b] = [a, b].map(|(strategy, seed)| Side::of(&render(scene, &settings(strategy, seed))));
-    in_squares(&Pixels::noise(&a.noise(), &b.noise(), (SIDE * REPLICATES[0]) as usize))
+    let [a, b] = [a, b].map(|(strategy, seed)| Side::of(&render(scene, &settings(strategy, seed, SIDE))));
+    in_squares(&Pixels::noise(&a.noise(), &b.noise(), (SIDE * REPLICATES[0]) as usize), SIDE)
 }
 
-fn in_squares(pixels: &Pixels) -> Vec<Option<Ratio>> {
-    let width = (SIDE * REPLICATES[0]) as usize;
-    let squares = (0..REPLICATES[1]).flat_map(|y| (0..REPLICATES[0]).map(move |x| [x * SIDE, y * SIDE]));
+fn in_squares(pixels: &Pixels, side: u32) -> Vec<Option<Ratio>> {
+    let width = (side * REPLICATES[0]) as usize;
+    let squares = (0..REPLICATES[1]).flat_map(|y| (0..REPLICATES[0]).map(move |x| [x * side, y * side]));
     squares
         .map(|min| {
-            let region = Region::Rect { width, rect: PixelRect { min, max: min.map(|v| v + SIDE) } };
+            let region = Region::Rect { width, rect: PixelRect { min, max: min.map(|v| v + side) } };
             Ratio::of(pixels, &region)
         })
         .collect()
@@ -75,7 +75,7 @@ fn the_band_holds_the_exact_ratio_in_95_of_100_replicates() {
         let (scene, target) = place(name);
         let point = World::new(&scene).point(EYE, target);
         let exact = |strategy: Strategy| {
-            let variance = point.sample(&settings(strategy, 1), LUMINANCE).total.variance();
+            let variance = point.sample(&settings(strategy, 1, SIDE), LUMINANCE).total.variance();
             variance * f64::from(strategy.rays_per_sample())
         };
         let truth = exact(a) / exact(b);
@@ -93,6 +93,9 @@ fn the_band_holds_the_exact_ratio_in_95_of_100_replicates() {
     }
 }
 
+/// Side of the squares for errors: that of a pixel has a heavier tail than its variance over samples.
+const SIDE_OF_ERRORS: u32 = 40;
+
 /// Errors of both against the exact picture, and their exact ratio.
 #[test]
 fn the_band_of_errors_holds_the_exact_ratio_in_95_of_100_replicates() {
@@ -104,18 +107,18 @@ fn the_band_of_errors_holds_the_exact_ratio_in_95_of_100_replicates() {
         let point = World::new(&scene).point(EYE, target);
         let exact = |strategy: Strategy| {
             DVec3::AXES.map(|axis| {
-                let total = point.sample(&settings(strategy, 1), axis).total;
+                let total = point.sample(&settings(strategy, 1, SIDE_OF_ERRORS), axis).total;
                 [total.mean(), total.variance()]
             })
         };
         let error = |of: [[f64; 2]; 3]| of.map(|[mean, variance]| variance / (mean * mean + RELMSE_EPSILON));
         let [of_a, of_b] = [a, b].map(exact);
         let truth = error(of_a).iter().sum::<f64>() / error(of_b).iter().sum::<f64>();
-        let area = (SIDE * SIDE * REPLICATES[0] * REPLICATES[1]) as usize;
+        let area = (SIDE_OF_ERRORS.pow(2) * REPLICATES[0] * REPLICATES[1]) as usize;
         let planes = of_a.map(|[mean, _]| vec![mean; area]);
         let planes = planes.each_ref().map(Vec::as_slice);
         let errors = |strategy: Strategy, seed: u32| {
-            let frame = render(&keyhole(&scene, EYE, target), &settings(strategy, seed));
+            let frame = render(&keyhole(&scene, EYE, target), &settings(strategy, seed, SIDE_OF_ERRORS));
             let picture = [Channel::R, Channel::G, Channel::B].map(|channel| frame.channel(channel));
             let picture = picture.each_ref().map(Vec::as_slice);
             let reference = Reference::Halves([&planes, &planes]);
@@ -125,7 +128,7 @@ fn the_band_of_errors_holds_the_exact_ratio_in_95_of_100_replicates() {
             assert!((mean / rel_mse - 1.0).abs() < 1e-9, "the mean of {mean} is the relMSE of {rel_mse}");
             all
         };
-        let found = in_squares(&Pixels::errors(&errors(a, 7), &errors(b, 8)));
+        let found = in_squares(&Pixels::errors(&errors(a, 7), &errors(b, 8)), SIDE_OF_ERRORS);
         let covered = found.iter().flatten().filter(|ratio| {
             let [low, high] = ratio.interval(0.95);
             (low..=high).contains(&truth)

@@ -30,6 +30,8 @@ pub struct Caption {
     kept: bool,
     /// relMSE against the reference; empty without one.
     error: String,
+    /// What the layer on screen is about, and what samples are worth.
+    spread: Option<String>,
 }
 
 /// The widest that stands in each place.
@@ -68,6 +70,7 @@ impl Caption {
             behind,
             kept: false,
             error: String::new(),
+            spread: None,
         }
     }
 
@@ -80,6 +83,11 @@ impl Caption {
     pub fn with_error(self, rel_mse: Option<Option<f64>>) -> Self {
         let text = |error: Option<f64>| format!("error {}", two_digits(error.unwrap_or(f64::NAN)));
         Self { error: rel_mse.map_or_else(String::new, text), ..self }
+    }
+
+    /// With what the layer of variances is about.
+    pub fn with_spread(self, spread: Option<String>) -> Self {
+        Self { spread, ..self }
     }
 
     fn spoken(&self) -> String {
@@ -226,7 +234,9 @@ impl Caption {
         let biased = self.bias.as_deref();
         let behind = self.behind.then_some("previous settings \u{2026}");
         let gap = ui.spacing().item_spacing.x;
-        let remarks: f32 = [biased, behind].into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
+        let spread = self.spread.as_deref();
+        let remarks: f32 =
+            [spread, biased, behind].into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
         let small = |text: &str| RichText::new(text).text_style(TextStyle::Small);
         let scene = egui::Label::new(small(&self.scene).color(ui.visuals().weak_text_color())).truncate();
         // What is wrong goes before the name.
@@ -236,6 +246,10 @@ impl Caption {
             ui.add(scene)
         });
         scene.inner.hint(format!("The scene: {}", self.scene));
+        if let Some(text) = &self.spread {
+            let ink = ui.visuals().text_color();
+            ui.add(egui::Label::new(small(text).color(ink)).truncate()).hint(SPREAD);
+        }
         if let (Some(text), Some(bias)) = (biased, &self.bias) {
             ui.add(egui::Label::new(small(text).color(wrong)).truncate()).hint(bias.clone());
         }
@@ -259,6 +273,9 @@ const HINTS: [&str; 6] = [
     "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
     "relMSE against the reference: the mean of (x - r)\u{b2} / (r\u{b2} + 0.01).",
 ];
+
+const SPREAD: &str = "Variance, averaged over the picture. The layer takes samples as independent. Small pictures of the pattern with other seeds say what a sample is worth as \
+                      it is drawn: the number of samples times the variance of their mean.";
 
 /// Why the expected picture is not the true one, if so.
 fn bias(frame: &Frame) -> Option<String> {

@@ -19,6 +19,7 @@ pub mod picture;
 pub mod sampling;
 pub mod save;
 pub mod scene;
+pub mod spread;
 pub mod status;
 pub mod strategy;
 pub mod study;

@@ -1,6 +1,7 @@
 //! The picture: what the renderer is asked for, what of it is on screen, and the mouse on it.
 
 pub mod against;
+pub mod background;
 pub mod black;
 pub mod blind;
 pub mod comparing;
@@ -22,6 +23,7 @@ pub mod planes;
 pub mod png_file;
 pub mod raster;
 pub mod reference;
+pub mod replicates;
 pub mod sheet;
 pub mod shelf;
 pub mod slot_errors;

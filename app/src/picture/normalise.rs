@@ -9,6 +9,14 @@ use crate::state::view::ViewState;
 /// Variance: whole decades that hold 98 % of the pixels. Shares keep their range of 0 to 1. Without a usable number
 /// nothing changes.
 pub fn normalise(view: &mut ViewState, planes: &Planes) {
+    if planes.quantity() == Quantity::Versus(Versus::Difference) {
+        if let Some(size) = quantity_size(planes) {
+            // One digit: what stands under the bar is what is used.
+            let decade = 10_f32.powf(size.log10().floor());
+            view.difference_range = (size / decade).ceil() * decade;
+        }
+        return;
+    }
     let channels: Vec<&[f32]> = planes.channels().collect();
     let pixels = 0..channels.first().map_or(0, |plane| plane.len());
     let mut largest: Vec<f32> = pixels
@@ -29,20 +37,15 @@ pub fn normalise(view: &mut ViewState, planes: &Planes) {
             let low = quantile(0.01).log10().floor();
             view.variance_range = [low, quantile(0.99).log10().ceil().max(low + 1.0)];
         }
-        Colouring::Signed if planes.quantity() == Quantity::Versus(Versus::Difference) => {
-            // One digit: what stands under the bar is what is used.
-            let decade = 10_f32.powf(quantity_size(planes).log10().floor());
-            view.difference_range = (quantity_size(planes) / decade).ceil() * decade;
-        }
         Colouring::Share { .. } | Colouring::Signed => {}
     }
 }
 
 /// What 98 % of the sizes of signed numbers stay below; at least a millionth.
-fn quantity_size(planes: &Planes) -> f32 {
+fn quantity_size(planes: &Planes) -> Option<f32> {
     let sizes = planes.channels().flatten().map(|v| v.abs()).filter(|v| v.is_finite() && *v < f32::MAX);
     let mut sizes: Vec<f32> = sizes.collect();
     sizes.sort_unstable_by(f32::total_cmp);
     let last = sizes.len().saturating_sub(1);
-    sizes.get((0.98 * last as f64) as usize).map_or(1.0, |size| size.max(1e-6))
+    sizes.get((0.98 * last as f64) as usize).map(|size| size.max(1e-6))
 }

@@ -90,6 +90,11 @@ impl Pane {
         self.pixel
     }
 
+    /// The pixels that what was on screen cannot sample.
+    pub fn blind(&self) -> &Blind {
+        &self.shown_blind
+    }
+
     /// What the mouse was on.
     pub fn hovered(&self) -> Option<Target> {
         self.interaction.hovered()

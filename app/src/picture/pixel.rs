@@ -73,12 +73,15 @@ impl Pixel<'_> {
         }
     }
 
-    /// The numbers of a layer as they are shown: see [`Planes::shown`](crate::picture::planes::Planes::shown).
-    fn values(&self, layer: Layer) -> Vec<f32> {
+    fn is_blind(&self) -> bool {
         let [x, y] = self.at.map(|i| i as usize);
         let at = y * self.content.size()[0] as usize + x;
-        let is_blind = self.blind.is_some_and(|blind| blind.get(at) == Some(&true));
-        if is_blind && layer.channels().len() == 1 {
+        self.blind.is_some_and(|blind| blind.get(at) == Some(&true))
+    }
+
+    /// The numbers of a layer as they are shown: see [`Planes::shown`](crate::picture::planes::Planes::shown).
+    fn values(&self, layer: Layer) -> Vec<f32> {
+        if self.is_blind() && layer.channels().len() == 1 {
             return vec![BLIND];
         }
         match (layer, self.content) {
@@ -99,10 +102,12 @@ impl Pixel<'_> {
         }
     }
 
-    /// All channels, for the clipboard.
+    /// All channels, for the clipboard; in words where a layer is marked.
     pub fn table(&self) -> String {
+        let marked = |channel: Channel| self.is_blind() && Layer::ALL.iter().any(|layer| layer.channels() == [channel]);
         let values = Channel::ALL.iter().filter_map(|c| {
             let value = self.content.value(self.at, *c)?;
+            let value = if marked(*c) { NEVER.to_owned() } else { value.to_string() };
             Some(format!("{}\t{value}", c.exr_name()))
         });
         let [x, y] = self.at;

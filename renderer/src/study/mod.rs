@@ -2,16 +2,19 @@
 //! finished, means and what they say of bias.
 //!
 //! Reading order: [`cells`] are the parts of a picture that get numbers of their own, [`mod@reference`] what errors are measured against,
-//! [`points`] the pictures of the curves, [`curves`] what is known of them so far, [`means`] bias or noise.
+//! [`points`] the pictures of the curves, [`curves`] what is known of them so far, [`means`] bias or noise,
+//! [`replicates`] what the samples of a pattern are worth.
 
 pub mod cells;
 pub mod curves;
 pub mod means;
 pub mod points;
 pub mod reference;
+pub mod replicates;
 
 pub use self::cells::{Cells, Part};
 pub use self::curves::{Curves, Measure, Value};
 pub use self::means::{Mean, p_values};
 pub use self::points::{Found, Plan, measure};
 pub use self::reference::{Against, News, grow};
+pub use self::replicates::Replicated;
