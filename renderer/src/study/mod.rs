@@ -1,17 +1,18 @@
-//! Measurements that go on beside live pictures: a reference that grows, points of error curves as their pictures are
+//! Measurements that go on beside live pictures, and those of `mislab converge`: a reference that grows, points of error curves as their pictures are
 //! finished, means and what they say of bias.
 //!
 //! Reading order: [`cells`] are the parts of a picture that get numbers of their own, [`reference`] what errors are measured against,
-//! [`points`] the pictures of the curves, [`curves`] what is known of them so far, [`means`] bias or noise.
+//! [`points`] the pictures of the curves, [`curves`] what is known of them so far, with [`slope`], [`means`] bias or noise.
 
 pub mod cells;
 pub mod curves;
 pub mod means;
 pub mod points;
 pub mod reference;
+pub mod slope;
 
 pub use self::cells::{Cells, Part};
 pub use self::curves::{Curves, Measure, Value};
 pub use self::means::{Mean, p_values};
-pub use self::points::{Found, Plan, measure};
+pub use self::points::{Found, Plan, in_background, measure};
 pub use self::reference::{Against, News, grow};
