@@ -25,8 +25,8 @@ const RENDERER: &[&str] = &[
     "batch",
     "table",
     "blind",
-    "convergence",
     "study",
+    "convergence",
     "benchmark",
 ];
 

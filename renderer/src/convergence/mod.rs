@@ -5,27 +5,26 @@
 //!    with a seed of its own. The samples of one pixel are stratified and so not independent; whole pictures are, and so
 //!    are the points of a curve: the standard errors need no model.
 //! 2. *Reference.* Two halves that share no sample, so that the reference's own noise does not add to the error
-//!    ([`metrics::Reference::Halves`]); or a file, which is taken as exact.
+//!    ([`crate::metrics::Reference::Halves`]); or a file, which is taken as exact.
 //! 3. *Slope.* Least squares over log relMSE against log spp, and its 95 % interval by the jackknife over the replicates
-//!    ([`slope`]). Independent samples have -1: four times the samples, half the error.
+//!    ([`crate::study::slope`]). Independent samples have -1: four times the samples, half the error.
 
 mod report;
-pub mod slope;
 
-use std::num::NonZeroU32;
 use std::sync::Arc;
 
-use mislab_kernel::request::{Estimator, Request, SamplerSettings, Sampling, Settings, Strategy};
+use mislab_kernel::request::scene::Scene;
+use mislab_kernel::request::{Estimator, Request, Settings, Strategy};
 use serde::Serialize;
 
 use crate::batch::{Batch, Step, rays};
 use crate::error::Error;
-use crate::frame::Frame;
-use crate::metrics::{self, Errors, Region};
-use crate::snapshot::{Image, Window};
-use crate::table::quality::{self, mean_and_error};
-use crate::table::reference::{Plan, SortedReference, rgb, work};
+use crate::snapshot::Image;
+use crate::study::{Against, Cells, Curves, Measure, Part, Plan, cells, measure};
+use crate::table::quality::mean_and_error;
+use crate::table::reference::{self, SortedReference, work};
 use crate::table::regions::{Groups, Square};
+use crate::table::report::{bsdf_name, light_name};
 use crate::table::{LightSize, LobeWidth};
 
 /// What is measured.
@@ -78,6 +77,12 @@ impl Options {
         wrong.map_or(Ok(()), |wrong| Err(Error::Invalid(wrong)))
     }
 
+    /// The pictures, all of the request's estimator but for the strategy.
+    fn plan(&self, estimator: Estimator) -> Plan {
+        let estimators = self.strategies.iter().map(|&strategy| Estimator { strategy, ..estimator }).collect();
+        Plan { estimators, at: self.at.clone(), replicates: self.replicates }
+    }
+
     fn reference_spp(&self) -> u32 {
         let last = self.at.last().copied().unwrap_or_default();
         last.saturating_mul(REFERENCE_FACTOR).clamp(REFERENCE_SPP[0], REFERENCE_SPP[1])
@@ -93,7 +98,7 @@ pub struct CurvePoint {
     pub rays: u64,
     /// Processor seconds of the whole picture, mean over the replicates.
     pub cpu_seconds: f64,
-    /// Relative mean squared error ([`metrics::rel_mse`]), mean over the replicates; `None` without pixels. Measured against
+    /// Relative mean squared error ([`crate::metrics::rel_mse`]), mean over the replicates; `None` without pixels. Measured against
     /// two halves it may be negative by chance where there is hardly any error.
     pub rel_mse: Option<f64>,
     /// Standard error of `rel_mse` over the replicates.
@@ -186,21 +191,6 @@ impl Convergence {
     }
 }
 
-/// What there is to measure against, and the pixels that are measured by themselves.
-struct Against {
-    exact: Option<[Vec<f32>; 3]>,
-    halves: Option<quality::Reference>,
-    squares: Option<Vec<Option<Square>>>,
-    noise: ReferenceNoise,
-}
-
-/// Errors of each replicate at each point: of the whole picture and, if asked for, its squares.
-struct Measured {
-    whole: Vec<Vec<f64>>,
-    squares: [Vec<Vec<f64>>; 4],
-    cpu_seconds: Vec<f64>,
-}
-
 /// Renders everything and measures. `request` says all but strategy and spp. Blocks; call it from a thread of its own.
 /// `goes_on` is called several times a second and returns false to stop, upon which the result is `None`.
 ///
@@ -213,214 +203,136 @@ pub fn converge(
     goes_on: &mut dyn FnMut(&Step<'_>) -> bool,
 ) -> Result<Option<Convergence>, Error> {
     options.check()?;
-    let settings: Vec<Vec<Settings>> =
-        options.strategies.iter().map(|&s| options.at.iter().map(|&spp| with(request, s, spp)).collect()).collect();
-    for settings in settings.iter().flatten() {
+    let plan = options.plan(request.settings.estimator);
+    let pictures: Vec<Settings> = plan.order().map(|index| plan.settings(request, index)).collect();
+    for settings in &pictures {
         settings.check().map_err(Error::Invalid)?;
     }
     let groups = options.by_square.then(|| Groups::of(&request.scene)).transpose()?;
-    let exact = options.reference.as_ref().map(|image| exact(image, &settings[0][0])).transpose()?;
+    let given = options.reference.as_ref().map(|image| Against::of_image(image, &pictures[0], Arc::default()));
+    let given = given.transpose()?;
     let (image, spp) = (request.settings.image, options.reference_spp());
     let lights = match &groups {
         Some(groups) => groups.lights().count(),
-        None => usize::from(exact.is_none()),
+        None => usize::from(given.is_none()),
     };
-    let points: f64 = settings.iter().flatten().map(rays).sum();
-    let total = points * f64::from(options.replicates) + work(image, spp, lights);
+    let total = pictures.iter().map(rays).sum::<f64>() + work(image, spp, lights);
     let mut batch = Batch::new(options.threads, total);
 
-    let plan = Plan { image, spp, seed: request.settings.sampling.seed };
-    let Some(against) = Against::measure(&plan, &mut batch, request, options, (groups, exact), goes_on)? else {
+    let halves = reference::Plan { image, spp, seed: request.settings.sampling.seed };
+    let Some(against) = measured_against(&halves, &mut batch, &request.scene, (groups, given), goes_on)? else {
         return Ok(None);
     };
-    let mut curves = Vec::new();
-    for settings in &settings {
-        let Some(measured) = measure(&mut batch, request, options, settings, &against, goes_on)? else {
-            return Ok(None);
-        };
-        curves.push(curve(options, settings, &against, &measured));
+    let against = Arc::new(against);
+    let mut curves = Curves::new(plan.clone());
+    let mut render = |settings: Settings, [_, _, replicate]: [usize; 3]| {
+        let (name, spp) = (settings.estimator.strategy.name(), settings.sampling.target().unwrap_or_default());
+        let step = format!("{name}, {spp} spp, {} of {}", replicate + 1, options.replicates);
+        batch.render(&request.scene, settings, &step, goes_on)
+    };
+    measure(request, &plan, &mut render, &mut |_| Some(Arc::clone(&against)), &mut |found| curves.add(found))?;
+    if curves.count() < curves.total() {
+        return Ok(None);
     }
+    let sampler = request.settings.sampling.sampler.kind.name();
+    let noise = against.noise(Part::Whole).and_then(|errors| errors.rel_mse());
     let [width, height] = image.resolution;
-    let scene = request.scene.name.clone();
-    Ok(Some(Convergence { scene, width, height, replicates: options.replicates, reference: against.noise, curves }))
+    Ok(Some(Convergence {
+        scene: request.scene.name.clone(),
+        width,
+        height,
+        replicates: options.replicates,
+        reference: ReferenceNoise { spp: against.spp, rel_mse: noise },
+        curves: (0..plan.estimators.len()).map(|index| curve(&curves, index, sampler, &against.cells)).collect(),
+    }))
 }
 
-/// The request's settings with another strategy and spp, strata as square as can be.
-fn with(request: &Request, strategy: Strategy, spp: u32) -> Settings {
-    let Settings { estimator, sampling, image } = request.settings.clone();
-    let sampler = SamplerSettings { strata: SamplerSettings::strata_for(spp), ..sampling.sampler };
-    Settings {
-        estimator: Estimator { strategy, ..estimator },
-        sampling: Sampling { sampler, spp: NonZeroU32::new(spp), ..sampling },
-        image,
-    }
-}
-
-/// The planes of a reference file.
-///
-/// # Errors
-/// [`Error::Invalid`] unless it holds the pixels of `settings` as numbers.
-pub(crate) fn exact(image: &Image, settings: &Settings) -> Result<[Vec<f32>; 3], Error> {
-    let bounds = settings.pixel_bounds();
-    let expected = Window { min: bounds.min.map(|v| v as i32), size: [bounds.width(), bounds.height()] };
-    if image.window != expected {
-        return Err(Error::Invalid(format!(
-            "the reference holds {}, the pictures {expected}: expected the same",
-            image.window
-        )));
-    }
-    let mut planes = [const { Vec::new() }; 3];
-    for (plane, name) in planes.iter_mut().zip(["R", "G", "B"]) {
-        let values = image.channel(name);
-        let values = values.ok_or_else(|| Error::Invalid(format!("the reference has no channel {name}")))?;
-        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-            let (x, y) = (at as u32 % bounds.width(), at as u32 / bounds.width());
-            return Err(Error::Invalid(format!(
-                "the reference's channel {name} is {} at pixel {}, {}: expected numbers",
-                values[at],
-                bounds.min[0] + x,
-                bounds.min[1] + y
-            )));
-        }
-        *plane = values.to_vec();
-    }
-    Ok(planes)
-}
-
-impl Against {
-    fn measure(
-        plan: &Plan,
-        batch: &mut Batch,
-        request: &Request,
-        options: &Options,
-        (groups, exact): (Option<Groups>, Option<[Vec<f32>; 3]>),
-        goes_on: &mut dyn FnMut(&Step<'_>) -> bool,
-    ) -> Result<Option<Self>, Error> {
-        let (halves, squares) = match groups {
-            Some(groups) => match plan.by_light(batch, &request.scene, &groups, goes_on)? {
-                Some(SortedReference { reference, squares }) => (Some(reference), Some(squares)),
-                None => return Ok(None),
-            },
-            None if exact.is_some() => (None, None),
-            None => match plan.whole(batch, &request.scene, goes_on)? {
-                Some(reference) => (Some(reference), None),
-                None => return Ok(None),
-            },
-        };
-        let noise = match &options.reference {
-            Some(image) => ReferenceNoise { spp: samples_per_pixel(image), rel_mse: None },
-            None => ReferenceNoise { spp: Some(plan.spp), rel_mse: halves.as_ref().and_then(quality::Reference::own) },
-        };
-        Ok(Some(Self { halves: halves.filter(|_| exact.is_none()), exact, squares, noise }))
-    }
-
-    /// relMSE of a picture's pixels in a region.
-    fn rel_mse(&self, picture: [&[f32]; 3], region: &Region<'_>) -> Option<f64> {
-        match (&self.exact, &self.halves) {
-            (Some(planes), _) => {
-                let planes = planes.each_ref().map(Vec::as_slice);
-                Errors::of(&picture, &metrics::Reference::Exact(&planes), region).rel_mse()
-            }
-            (None, Some(halves)) => halves.errors(picture, region).rel_mse(),
-            (None, None) => None,
-        }
-    }
-
-    fn mask(&self, square: Square) -> Option<Vec<bool>> {
-        self.squares.as_ref().map(|squares| squares.iter().map(|&s| s == Some(square)).collect())
-    }
-}
-
-/// What an EXR file says of its samples: an attribute of pbrt-v4 and of this program.
-pub(crate) fn samples_per_pixel(image: &Image) -> Option<u32> {
-    image.attributes.iter().find(|(name, _)| name == "samplesPerPixel").and_then(|(_, text)| text.parse().ok())
-}
-
-/// All pictures of one strategy.
-fn measure(
+/// What errors are measured against: `given`, or else rendered; with the four squares of the table if they are asked for. `None` if
+/// `goes_on` says no.
+fn measured_against(
+    halves: &reference::Plan,
     batch: &mut Batch,
-    request: &Request,
-    options: &Options,
-    settings: &[Settings],
-    against: &Against,
+    scene: &Arc<Scene>,
+    (groups, given): (Option<Groups>, Option<Against>),
     goes_on: &mut dyn FnMut(&Step<'_>) -> bool,
-) -> Result<Option<Measured>, Error> {
-    let masks = Square::ALL.map(|square| against.mask(square));
-    let mut measured = Measured { whole: Vec::new(), squares: Default::default(), cpu_seconds: Vec::new() };
-    for (i, settings) in settings.iter().enumerate() {
-        let (mut whole, mut squares) = (Vec::new(), [const { Vec::<f64>::new() }; 4]);
-        let mut seconds = 0.0;
-        for replicate in 0..options.replicates {
-            let mut settings = settings.clone();
-            // No two pictures of a curve share their numbers.
-            let number = i as u32 * options.replicates + replicate;
-            settings.sampling.seed = settings.sampling.seed.wrapping_add(number);
-            let name = settings.estimator.strategy.name();
-            let step = format!("{name}, {} spp, {} of {}", options.at[i], replicate + 1, options.replicates);
-            let frame: Option<Arc<Frame>> = batch.render(&request.scene, settings, &step, goes_on)?;
-            let Some(frame) = frame else { return Ok(None) };
-            seconds += frame.stats().cpu_seconds;
-            let planes = rgb(&frame);
-            let picture = [&planes[0][..], &planes[1], &planes[2]];
-            whole.extend(against.rel_mse(picture, &Region::All));
-            for (errors, mask) in squares.iter_mut().zip(&masks) {
-                errors.extend(mask.as_ref().and_then(|mask| against.rel_mse(picture, &Region::Mask(mask))));
-            }
+) -> Result<Option<Against>, Error> {
+    let (rendered, cells) = match (groups, &given) {
+        (Some(groups), _) => match halves.by_light(batch, scene, &groups, goes_on)? {
+            Some(SortedReference { reference, squares }) => (Some(reference), Arc::new(in_squares(&squares))),
+            None => return Ok(None),
+        },
+        (None, Some(_)) => (None, Arc::default()),
+        (None, None) => match halves.whole(batch, scene, goes_on)? {
+            Some(reference) => (Some(reference), Arc::default()),
+            None => return Ok(None),
+        },
+    };
+    Ok(match (given, rendered) {
+        (Some(mut given), _) => {
+            given.cells = cells;
+            Some(given)
         }
-        measured.whole.push(whole);
-        for (all, errors) in measured.squares.iter_mut().zip(squares) {
-            all.push(errors);
-        }
-        measured.cpu_seconds.push(seconds / f64::from(options.replicates));
-    }
-    Ok(Some(measured))
+        (None, rendered) => rendered.map(|rendered| Against::of_halves(rendered, halves.spp, cells)),
+    })
 }
 
-/// The numbers of one strategy.
-fn curve(options: &Options, settings: &[Settings], against: &Against, measured: &Measured) -> Curve {
-    let Settings { estimator, sampling, .. } = &settings[0];
+/// The pixels of each of [`Square::ALL`], also of those that have none.
+fn in_squares(squares: &[Option<Square>]) -> Cells {
+    let pixels = |square: Square| (0_u32..).zip(squares).filter(move |(_, s)| **s == Some(square)).map(|(i, _)| i);
+    let cell = |square: Square| cells::Square {
+        plate: bsdf_name(square.bsdf).to_owned(),
+        light: light_name(square.light).to_owned(),
+        pixels: pixels(square).collect(),
+    };
+    Cells { squares: Square::ALL.map(cell).into() }
+}
+
+/// The numbers of one estimator.
+fn curve(curves: &Curves, index: usize, sampler: &'static str, cells: &Cells) -> Curve {
+    let estimator = &curves.plan.estimators[index];
+    let errors = |part: usize| -> Vec<Vec<f64>> {
+        (0..curves.plan.at.len()).map(|point| curves.squares([index, point], part, Measure::RelMse)).collect()
+    };
     let points = |errors: &[Vec<f64>]| -> Vec<CurvePoint> {
-        let point = |(i, errors): (usize, &Vec<f64>)| {
+        let point = |(point, errors): (usize, &Vec<f64>)| {
             let found = (!errors.is_empty()).then(|| mean_and_error(errors));
+            let spp = curves.plan.at[point];
             CurvePoint {
-                spp: options.at[i],
-                rays: u64::from(options.at[i]) * u64::from(estimator.strategy.rays_per_sample()),
-                cpu_seconds: measured.cpu_seconds[i],
+                spp,
+                rays: u64::from(spp) * u64::from(estimator.strategy.rays_per_sample()),
+                cpu_seconds: curves.cpu_seconds(index, point),
                 rel_mse: found.map(|(mean, _)| mean),
                 standard_error: found.map(|(_, error)| error),
             }
         };
         errors.iter().enumerate().map(point).collect()
     };
-    let fit = |errors: &[Vec<f64>]| slope::fit(&options.at, errors);
-    let square = |(i, square): (usize, Square), squares: &[Option<Square>]| {
-        let fit = fit(&measured.squares[i]);
+    let square = |(i, (square, cell)): (usize, (Square, &cells::Square))| {
+        let (fit, errors) = (curves.slope(index, i + 1, Measure::RelMse), errors(i + 1));
         SquareCurve {
             light: square.light,
             bsdf: square.bsdf,
-            pixels: squares.iter().filter(|s| **s == Some(square)).count(),
+            pixels: cell.pixels.len(),
             slope: fit.map(|fit| fit.slope),
             slope_interval: fit.map(|fit| fit.interval),
-            heavy_tailed: is_heavy_tailed(&measured.squares[i]),
-            points: points(&measured.squares[i]),
+            heavy_tailed: is_heavy_tailed(&errors),
+            points: points(&errors),
         }
     };
-    let whole = fit(&measured.whole);
+    let (fit, whole) = (curves.slope(index, 0, Measure::RelMse), errors(0));
     Curve {
         strategy: estimator.strategy.name(),
         heuristic: estimator.heuristic.name(),
         weights: estimator.weights.name(),
         light_prob: estimator.light_prob,
-        sampler: sampling.sampler.kind.name(),
-        slope: whole.map(|fit| fit.slope),
-        slope_interval: whole.map(|fit| fit.interval),
-        heavy_tailed: is_heavy_tailed(&measured.whole),
+        sampler,
+        slope: fit.map(|fit| fit.slope),
+        slope_interval: fit.map(|fit| fit.interval),
+        heavy_tailed: is_heavy_tailed(&whole),
         bias: estimator.bias(),
-        points: points(&measured.whole),
-        squares: against
-            .squares
-            .as_ref()
-            .map(|squares| Square::ALL.into_iter().enumerate().map(|each| square(each, squares)).collect()),
+        points: points(&whole),
+        squares: (!cells.squares.is_empty())
+            .then(|| Square::ALL.into_iter().zip(&cells.squares).enumerate().map(square).collect()),
     }
 }
 

@@ -3,7 +3,7 @@
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
 use super::points::{Found, Plan};
-use crate::convergence::slope::{Fit, fit};
+use super::slope::{Fit, fit};
 use crate::table::quality::mean_and_error;
 
 /// What is drawn over the samples.
@@ -92,10 +92,16 @@ impl Curves {
         self.plan.estimators.len() * self.plan.at.len() * self.plan.replicates as usize
     }
 
-    /// The mean squares of a point, in the part of that index.
-    fn squares(&self, [curve, point]: [usize; 2], part: usize, measure: Measure) -> Vec<f64> {
+    /// The mean squares of a point, in the part of that index: one for each picture that has pixels there.
+    pub(crate) fn squares(&self, [curve, point]: [usize; 2], part: usize, measure: Measure) -> Vec<f64> {
         let of = |found: &Found| found.errors.get(part).map(|errors| errors[measure.square().0]);
-        self.found[curve][point].iter().filter_map(of).collect()
+        self.found[curve][point].iter().filter_map(of).filter(|square| !square.is_nan()).collect()
+    }
+
+    /// Processor seconds of a picture, mean over those so far.
+    pub(crate) fn cpu_seconds(&self, curve: usize, point: usize) -> f64 {
+        let found = &self.found[curve][point];
+        found.iter().map(|found| found.cpu_seconds).sum::<f64>() / found.len() as f64
     }
 
     /// A point of a curve; `part` counts as [`super::cells::Cells::parts`] does. `None` without pictures, or where their mean is not
@@ -104,7 +110,6 @@ impl Curves {
         let squares = self.squares([curve, point], part, measure);
         let power = measure.square().1;
         let (mean, error) = mean_and_error(&squares);
-        let seconds: f64 = self.found[curve][point].iter().map(|found| found.cpu_seconds).sum();
         let interval = (squares.len() > 1).then(|| {
             let t = StudentsT::new(0.0, 1.0, (squares.len() - 1) as f64).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
             let factor = (power * t * error / mean).exp();
@@ -114,7 +119,7 @@ impl Curves {
         (mean > 0.0).then(|| Value {
             error: mean.powf(power),
             interval,
-            cpu_seconds: seconds / squares.len() as f64,
+            cpu_seconds: self.cpu_seconds(curve, point),
             replicates: squares.len(),
         })
     }

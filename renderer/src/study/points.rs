@@ -3,6 +3,7 @@
 use std::num::NonZeroU32;
 use std::sync::Arc;
 
+use mislab_kernel::request::scene::Scene;
 use mislab_kernel::request::{Estimator, Request, SamplerSettings, Sampling, Settings};
 
 use super::reference::Against;
@@ -28,7 +29,7 @@ const FIRST_ROUND: usize = 3;
 impl Plan {
     /// All pictures in the order that they are rendered in: three of every point, so that each soon has a band, then
     /// the others; in each round the cheap ones first.
-    pub(super) fn order(&self) -> impl Iterator<Item = [usize; 3]> {
+    pub(crate) fn order(&self) -> impl Iterator<Item = [usize; 3]> {
         let (curves, points, all) = (self.estimators.len(), self.at.len(), self.replicates as usize);
         let first = all.min(FIRST_ROUND);
         let rounds = [0..first, first..all];
@@ -41,7 +42,7 @@ impl Plan {
     }
 
     /// Settings of a picture, with strata as square as can be and a seed that no other picture of the curve has.
-    fn settings(&self, request: &Request, [curve, point, replicate]: [usize; 3]) -> Settings {
+    pub(crate) fn settings(&self, request: &Request, [curve, point, replicate]: [usize; 3]) -> Settings {
         let Settings { sampling, image, .. } = request.settings.clone();
         let spp = self.at[point];
         let number = point as u32 * self.replicates + replicate as u32;
@@ -68,37 +69,45 @@ pub struct Found {
     pub errors: Vec<[f64; 2]>,
 }
 
-/// Renders and measures all of a plan, on `threads` of low priority; blocks. `request` says scene, pattern, seed and image. `against` is
-/// asked for the reference that a picture of so many samples is measured with, and waits for it; `None` gives up. `goes_on`
-/// is asked several times a second. `found` takes each result.
+/// Renders and measures all of a plan, in the order of [`Plan::order`]; blocks. `request` says scene, pattern, seed and image.
+/// `render` makes the picture at `[curve, point, replicate]` of the plan, and `against` gives the reference that a picture of so many
+/// samples is measured with; either gives up with `None`. `found` takes each result.
 ///
 /// # Errors
-/// [`Error::Invalid`] if something cannot be rendered.
+/// Those of `render`.
 pub fn measure(
     request: &Request,
     plan: &Plan,
-    threads: usize,
+    render: &mut dyn FnMut(Settings, [usize; 3]) -> Result<Option<Arc<Frame>>, Error>,
     against: &mut dyn FnMut(u32) -> Option<Arc<Against>>,
-    goes_on: &mut dyn FnMut() -> bool,
     found: &mut dyn FnMut(Found),
 ) -> Result<(), Error> {
-    let renderer = Renderer::in_background(threads);
     for index @ [curve, point, _] in plan.order() {
         let Some(reference) = against(plan.at[point]) else { return Ok(()) };
-        let settings = plan.settings(request, index);
-        let mut stopped = false;
-        let frame = renderer.render(&Request { scene: Arc::clone(&request.scene), settings }, &mut |_| {
-            stopped |= !goes_on();
-            !stopped
-        });
-        if stopped {
-            return Ok(());
-        }
-        let frame = frame?;
+        let Some(frame) = render(plan.settings(request, index), index)? else { return Ok(()) };
         let cpu_seconds = frame.stats().cpu_seconds;
         found(Found { curve, point, cpu_seconds, errors: errors(&frame, &reference) });
     }
     Ok(())
+}
+
+/// Pictures of a scene for [`measure`] beside live ones: on `threads` of low priority, until `goes_on`, asked several times a
+/// second, says no.
+pub fn in_background(
+    scene: Arc<Scene>,
+    threads: usize,
+    mut goes_on: impl FnMut() -> bool,
+) -> impl FnMut(Settings, [usize; 3]) -> Result<Option<Arc<Frame>>, Error> {
+    let renderer = Renderer::in_background(threads);
+    move |settings, _| {
+        let mut stopped = false;
+        let frame = renderer.render(&Request { scene: Arc::clone(&scene), settings }, &mut |_| {
+            stopped |= !goes_on();
+            !stopped
+        });
+        // Stopped early, there may be a frame or, before the first pass, an error that says so.
+        if stopped { Ok(None) } else { frame.map(Some) }
+    }
 }
 
 /// relMSE and MSE of a frame in each part; the frame holds the pixels of the reference.

@@ -9,12 +9,11 @@ use mislab_kernel::request::{ImageSettings, Request, Settings};
 
 use super::cells::{Cells, Part};
 use super::means::Mean;
-use crate::convergence::{exact, samples_per_pixel};
 use crate::engine::{Pace, Picture, Renderer, State};
 use crate::error::Error;
 use crate::frame::Frame;
 use crate::metrics::{Errors, Region};
-use crate::snapshot::Image;
+use crate::snapshot::{Image, Window};
 use crate::table::quality::Reference;
 use crate::table::reference::{LUMINANCE, Plan, rgb};
 
@@ -31,6 +30,11 @@ pub struct Against {
 }
 
 impl Against {
+    /// Two halves of `spp` camera rays per pixel together.
+    pub(crate) fn of_halves(halves: Reference, spp: u32, cells: Arc<Cells>) -> Self {
+        Self { halves, spp: Some(spp), exact: false, cells }
+    }
+
     /// The pixels of a file, taken as exact: its own noise counts as error of what is measured.
     ///
     /// # Errors
@@ -108,6 +112,42 @@ impl Against {
     }
 }
 
+/// The planes of a reference file.
+///
+/// # Errors
+/// [`Error::Invalid`] unless it holds the pixels of `settings` as numbers.
+fn exact(image: &Image, settings: &Settings) -> Result<[Vec<f32>; 3], Error> {
+    let bounds = settings.pixel_bounds();
+    let expected = Window { min: bounds.min.map(|v| v as i32), size: [bounds.width(), bounds.height()] };
+    if image.window != expected {
+        return Err(Error::Invalid(format!(
+            "the reference holds {}, the pictures {expected}: expected the same",
+            image.window
+        )));
+    }
+    let mut planes = [const { Vec::new() }; 3];
+    for (plane, name) in planes.iter_mut().zip(["R", "G", "B"]) {
+        let values = image.channel(name);
+        let values = values.ok_or_else(|| Error::Invalid(format!("the reference has no channel {name}")))?;
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            let (x, y) = (at as u32 % bounds.width(), at as u32 / bounds.width());
+            return Err(Error::Invalid(format!(
+                "the reference's channel {name} is {} at pixel {}, {}: expected numbers",
+                values[at],
+                bounds.min[0] + x,
+                bounds.min[1] + y
+            )));
+        }
+        *plane = values.to_vec();
+    }
+    Ok(planes)
+}
+
+/// What an EXR file says of its samples: an attribute of pbrt-v4 and of this program.
+fn samples_per_pixel(image: &Image) -> Option<u32> {
+    image.attributes.iter().find(|(name, _)| name == "samplesPerPixel").and_then(|(_, text)| text.parse().ok())
+}
+
 /// What [`grow`] reports.
 pub enum News {
     /// Camera rays per pixel so far, of how many.
@@ -166,8 +206,7 @@ pub fn grow(
         }
         let Some(frames) = finished(&halves, &mut |done| on(growing(done, spp)))? else { return Ok(()) };
         let planes = frames.map(|frame| rgb(&frame).map(|plane| plane.into_iter().map(f64::from).collect()));
-        let better =
-            Against { halves: Reference { halves: planes }, spp: Some(target), exact: false, cells: cells.clone() };
+        let better = Against::of_halves(Reference { halves: planes }, target, cells.clone());
         if on(News::Better(Arc::new(better))) == Wish::Stop || target >= spp {
             return Ok(());
         }

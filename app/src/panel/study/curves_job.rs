@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use eframe::egui;
 use mislab_renderer::Request;
-use mislab_renderer::study::{Against, Curves, Plan, measure};
+use mislab_renderer::study::{Against, Curves, Plan, in_background, measure};
 
 /// What a job has found, and why it found no more.
 #[derive(Clone)]
@@ -62,11 +62,12 @@ impl CurvesJob {
                 }
                 None
             };
-            let outcome =
-                measure(&request, &plan, threads, &mut against, &mut || !stop.load(Ordering::Relaxed), &mut |found| {
-                    state.lock().unwrap_or_else(PoisonError::into_inner).curves.add(found);
-                    ctx.request_repaint_after(Duration::from_millis(50));
-                });
+            let scene = Arc::clone(&request.scene);
+            let mut render = in_background(scene, threads, || !stop.load(Ordering::Relaxed));
+            let outcome = measure(&request, &plan, &mut render, &mut against, &mut |found| {
+                state.lock().unwrap_or_else(PoisonError::into_inner).curves.add(found);
+                ctx.request_repaint_after(Duration::from_millis(50));
+            });
             if let Err(error) = outcome {
                 state.lock().unwrap_or_else(PoisonError::into_inner).error = Some(error.to_string());
             }
