@@ -44,10 +44,13 @@ impl Content {
     pub fn planes(&self, layer: Layer, unit: VarianceUnit, blind: &Blind) -> Result<Planes, String> {
         match self {
             Self::Frame(frame) => Ok(Planes::shown(frame, layer, unit, blind.as_ref().map(|blind| blind.as_slice()))),
-            Self::File(file) if layer == Layer::Variance && unit != VarianceUnit::OneSample => {
-                Err(format!("{} has the variance of one sample alone: choose that unit.", file.name()))
+            Self::File(file) => {
+                let planes = file.planes(layer, LayerLook::of(layer).name)?;
+                if layer == Layer::Variance && unit != VarianceUnit::OneSample {
+                    return Err(format!("{} has the variance of one sample alone: choose that unit.", file.name()));
+                }
+                Ok(planes)
             }
-            Self::File(file) => file.planes(layer, LayerLook::of(layer).name),
         }
     }
 
