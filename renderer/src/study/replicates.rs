@@ -17,7 +17,7 @@ use crate::table::reference::{LUMINANCE, rgb};
 /// Pictures with seeds of their own.
 pub const REPLICATES: u32 = 8;
 /// The longer side of the small pictures, in pixels.
-const SIDE: u32 = 96;
+const SIDE: u32 = 64;
 /// Samples per pixel of a pattern without strata, and the most of one that has them.
 const SPP: [u32; 2] = [16, 64];
 
