@@ -423,10 +423,6 @@ impl eframe::App for MisLabApp {
         self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::release);
     }
 
-    fn persist_egui_memory(&self) -> bool {
-        false
-    }
-
     fn on_exit(&mut self) {
         self.lab.sheets.table.stop();
         self.lab.engine.stop();

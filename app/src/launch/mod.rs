@@ -39,10 +39,8 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
         .with_maximized(prefs.window.maximized)
         .with_min_inner_size([960.0, 600.0])
         .with_drag_and_drop(true);
-    // The toolkit keeps nothing and reads nothing: numbers in its file that no screen can have are a panic.
-    let nowhere = Some(PathBuf::new());
-    let mut native =
-        eframe::NativeOptions { viewport, persist_window: false, persistence_path: nowhere, ..Default::default() };
+    // The toolkit is built without storage: numbers in its file that no screen can have are a panic.
+    let mut native = eframe::NativeOptions { viewport, ..Default::default() };
     allow_large_windows(&mut native.wgpu_options);
     let options = AppOptions { scene, threads: 0, prefs, prefs_file, remark };
     let created = Arc::new(AtomicBool::new(false));
