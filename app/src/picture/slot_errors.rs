@@ -133,7 +133,7 @@ fn measured(frame: &Frame, against: &Against) -> Option<SlotErrors> {
     })
 }
 
-/// Of each part whether it shows a mirror that the frame's strategy never meets.
+/// Of each part whether it shows a mirror whose one direction the frame's strategy never draws.
 fn blind_parts(frame: &Frame, cells: &Cells) -> Vec<bool> {
     let request = frame.request();
     let blind = blind_materials(&request.scene, &request.settings.estimator);

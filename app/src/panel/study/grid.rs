@@ -269,7 +269,7 @@ fn never_bsdf(estimator: &Estimator) -> bool {
     }
 }
 
-/// Something in it reflects into one direction alone, which no light sample meets.
+/// Something in it reflects into one direction alone, which no light sample hits.
 fn has_mirror(scene: &Scene) -> bool {
     let mirrors =
         scene.materials.iter().map(|material| material.bsdf.alpha().is_some_and(|alpha| alpha < MIRROR_ALPHA));
