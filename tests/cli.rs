@@ -5,7 +5,7 @@ use std::process::{Command, Output, Stdio};
 
 use mislab_renderer::memory::Need;
 use mislab_renderer::snapshot::Contents;
-use mislab_renderer::{FrameStats, Request, Strategy, pbrt, snapshot};
+use mislab_renderer::{FrameStats, Request, SamplerKind, Strategy, pbrt, snapshot};
 use serde_json::Value;
 
 /// A folder of its own to run the program in.
@@ -149,7 +149,7 @@ fn every_flag_is_heard() {
     assert_eq!(alpha("plate2"), Some(0.02), "not named");
     assert_eq!(alpha("plate4"), Some(0.0));
 
-    for sampler in ["stratified", "independent", "sobol", "lattice", "strata_lattice"] {
+    for sampler in ["stratified", "lattice", "sobol", "independent", "padded_stratified", "padded_sobol"] {
         assert_eq!(place.json(&format!("{SMALL} --sampler {sampler}"))["sampler"], sampler);
     }
     for heuristic in ["balance", "power", "cutoff", "maximum"] {
@@ -703,6 +703,12 @@ fn the_benchmark_has_its_keys() {
         ("cancel_ms", "p99"),
     ] {
         assert!(report[group][key].as_f64().is_some_and(|v| v > 0.0), "{group}.{key}: {text}");
+    }
+    for strategy in ["light", "bsdf", "mis_all", "mis"] {
+        for sampler in SamplerKind::ALL.map(SamplerKind::name) {
+            let value = &report["efficiency"][strategy][sampler];
+            assert!(value.as_f64().is_some_and(|v| v > 0.0), "efficiency.{strategy}.{sampler}: {text}");
+        }
     }
     assert!(report["layers_cost"].is_f64() && report["simd"].is_string(), "{text}");
 }

@@ -4,6 +4,8 @@
 //! is timed many times and its shortest time counts, so that other programs on the machine
 //! do not; ratios come from one run. Latencies are as they are, other programs included.
 
+pub mod efficiency;
+
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 use std::sync::{Arc, mpsc};
@@ -20,6 +22,7 @@ use serde::Serialize;
 
 use crate::engine::{Picture, Renderer};
 use crate::error::Error;
+use efficiency::Efficiency;
 
 /// Samples per pixel of one timed call, as the progressive renderer makes them in a running picture.
 const BURST: u32 = 8;
@@ -75,6 +78,8 @@ pub struct Report {
     pub cancel_ms: Latency,
     /// Time that variance, weights and shares take, as a fraction of the time of the bare picture.
     pub layers_cost: f64,
+    /// What a second of one processor is worth.
+    pub efficiency: Efficiency,
 }
 
 /// Measures for about `seconds`. `on_step` is told what comes next.
@@ -104,7 +109,9 @@ pub fn run(scene: &Arc<Scene>, seconds: f64, on_step: &mut dyn FnMut(&str)) -> R
     let built = BuiltScene::new(scene, &settings)?;
     let [bare, whole] = [false, true].map(|layers| rate(best, &built, &settings, layers, share(0.04)));
     let layers_cost = bare / whole - 1.0;
-    Ok(Report { simd: best.name(), strategies, threads, first_frame_ms, cancel_ms, layers_cost })
+    on_step("error and time of each sampler");
+    let efficiency = efficiency::efficiency(scene)?;
+    Ok(Report { simd: best.name(), strategies, threads, first_frame_ms, cancel_ms, layers_cost, efficiency })
 }
 
 /// Million paths per second of one thread; `layers` false for the bare picture.

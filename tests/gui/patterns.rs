@@ -12,7 +12,7 @@ fn lattices_are_chosen_like_other_samplers() {
     let mut lab = Lab::new();
     for (label, kind, strata) in [
         ("Sampler: Lattice", SamplerKind::Lattice, false),
-        ("Sampler: Stratified lattice", SamplerKind::StrataLattice, true),
+        ("Sampler: Padded stratified", SamplerKind::PaddedStratified, true),
         ("Sampler: Stratified", SamplerKind::Stratified, true),
         ("Sampler: Lattice", SamplerKind::Lattice, false),
     ] {
@@ -32,7 +32,7 @@ fn lattices_are_chosen_like_other_samplers() {
 #[test]
 fn strata_of_a_lattice_follow_the_number_of_samples() {
     let mut lab = Lab::new();
-    lab.click("Sampler: Stratified lattice");
+    lab.click("Sampler: Stratified");
     lab.apply(Edit::SetSpp(SppTarget::Passes(NonZeroU32::new(256).expect("not zero"))));
     assert_eq!(lab.document().sampling().sampler.strata, SamplerSettings::strata_for(256));
 }

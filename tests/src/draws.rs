@@ -36,16 +36,11 @@ impl<L: Lanes> Draws<L> {
         self.sampler.enter(self.l, self.patch);
         self.sampler.turn(self.l, &mut self.pixels);
         let mut numbers = self.sampler.nothing(self.l);
+        let sample = self.sampler.sample(self.l, Which { sample: 0, next: self.l.m(false) }, &self.pixels);
         if self.techniques {
-            numbers.set_technique(self.sampler.technique(self.l, 0, &self.pixels));
+            numbers.set_technique(sample.technique());
         }
-        self.sampler.draw(
-            self.l,
-            Which { sample: 0, next: self.l.m(false) },
-            &self.pixels,
-            PerTechnique::BOTH,
-            &mut numbers,
-        );
+        sample.draw(PerTechnique::BOTH, &mut numbers);
         numbers
     }
 }

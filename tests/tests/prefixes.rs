@@ -21,16 +21,17 @@ fn of(kind: SamplerKind, strata: [u32; 2]) -> (String, SamplerSettings) {
 
 /// Those with a number for every choice.
 fn padded() -> Vec<(String, SamplerSettings)> {
-    let mut all: Vec<_> = [[8, 8], [6, 6], [3, 5], [1, 1]].map(|s| of(SamplerKind::Stratified, s)).into();
+    let mut all: Vec<_> = [[8, 8], [6, 6], [3, 5], [1, 1]].map(|s| of(SamplerKind::PaddedStratified, s)).into();
     all.push(of(SamplerKind::Independent, [1, 1]));
-    all.push(of(SamplerKind::Sobol, [1, 1]));
+    all.push(of(SamplerKind::PaddedSobol, [1, 1]));
     all
 }
 
 /// Those with one number for all choices.
 fn nested() -> Vec<(String, SamplerSettings)> {
-    let mut all: Vec<_> = [[8, 8], [6, 6], [3, 5], [1, 9]].map(|s| of(SamplerKind::StrataLattice, s)).into();
+    let mut all: Vec<_> = [[8, 8], [6, 6], [3, 5], [1, 9]].map(|s| of(SamplerKind::Stratified, s)).into();
     all.push(of(SamplerKind::Lattice, [1, 1]));
+    all.push(of(SamplerKind::Sobol, [1, 1]));
     all
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use mislab_renderer::benchmark::{self, Report};
-use mislab_renderer::pbrt;
+use mislab_renderer::{SamplerKind, pbrt};
 
 use super::args::BenchArgs;
 use super::failure::Failure;
@@ -43,5 +43,11 @@ fn text(report: &Report) -> String {
         let _ = writeln!(text, "{what}: {:.1} ms, 99 of 100 below {:.1} ms", latency.p50, latency.p99);
     }
     let _ = writeln!(text, "layers: {:.0} % over the bare picture", report.layers_cost * 100.0);
+    let samplers = SamplerKind::ALL.map(SamplerKind::name);
+    let _ = writeln!(text, "1 / (relMSE x s)   {}", samplers.map(|name| format!("{name:>17}")).join("  "));
+    for (strategy, by_sampler) in &report.efficiency {
+        let cells = samplers.map(|name| by_sampler.get(name).map_or_else(String::new, |value| format!("{value:.0}")));
+        let _ = writeln!(text, "{strategy:17}  {}", cells.map(|cell| format!("{cell:>17}")).join("  "));
+    }
     text
 }

@@ -53,9 +53,10 @@ pub fn equal_name(equal: Lockstep) -> &'static str {
 pub fn sampler_name(kind: SamplerKind) -> &'static str {
     match kind {
         SamplerKind::Stratified => "Stratified",
-        SamplerKind::Independent => "Random",
-        SamplerKind::Sobol => "Sobol",
         SamplerKind::Lattice => "Lattice",
-        SamplerKind::StrataLattice => "Stratified lattice",
+        SamplerKind::Sobol => "Sobol",
+        SamplerKind::Independent => "Random",
+        SamplerKind::PaddedStratified => "Padded stratified",
+        SamplerKind::PaddedSobol => "Padded Sobol",
     }
 }

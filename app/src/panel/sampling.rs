@@ -203,19 +203,30 @@ fn weights_hint(ui: &mut Ui, weights: OneSampleWeights) {
 
 fn sampler_hint(ui: &mut Ui, kind: SamplerKind) {
     let (what, file) = match kind {
-        SamplerKind::Stratified => ("One sample in each cell of a grid, in a random order per pixel.", "stratified"),
-        SamplerKind::Independent => ("Every sample independent of the others.", "random"),
-        SamplerKind::Sobol => ("Owen-scrambled Sobol points.", "sobol"),
+        SamplerKind::Stratified => (
+            "One sample in each cell of a grid, and one in each row and column of a grid as fine as there are samples. One \
+            number chooses technique, light or lobe and, with what is left of it, the direction.",
+            "stratified",
+        ),
         SamplerKind::Lattice => (
             "A lattice that grows: any number of samples is spread evenly. One number chooses technique, light or lobe \
             and, with what is left of it, the direction.",
             "lattice",
         ),
-        SamplerKind::StrataLattice => (
-            "One sample in each cell of a grid, and one in each row and column of a grid as fine as there are samples. One \
-            number chooses technique, light or lobe and, with what is left of it, the direction.",
-            "strata_lattice",
+        SamplerKind::Sobol => (
+            "Owen-scrambled Sobol points. One number chooses technique, light or lobe and, with what is left of it, the \
+            direction.",
+            "sobol",
         ),
+        SamplerKind::Independent => ("Every sample independent of the others.", "random"),
+        SamplerKind::PaddedStratified => (
+            "As pbrt-v3's \"stratified\": one sample in each cell of a grid, but technique and light have numbers of their \
+            own, so that each light's samples are a random part of the cells. Noisier.",
+            "padded_stratified",
+        ),
+        SamplerKind::PaddedSobol => {
+            ("Owen-scrambled Sobol points, but technique and light have numbers of their own. Noisier.", "padded_sobol")
+        }
     };
     let remark = format!("In a scene file: Sampler \"{file}\"; on the command line: {}", kind.name());
     hint::lines(ui, what, &[&remark]);

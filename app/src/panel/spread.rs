@@ -14,10 +14,11 @@ pub fn spread_words(frame: &Frame, unit: VarianceUnit, found: Option<Replicated>
     let kind = frame.request().settings.sampling.sampler.kind;
     let name = match kind {
         SamplerKind::Independent => return "of independent samples, as these are".to_owned(),
-        SamplerKind::Stratified | SamplerKind::Lattice | SamplerKind::StrataLattice => {
+        SamplerKind::Stratified | SamplerKind::Lattice | SamplerKind::PaddedStratified => {
             sampler_name(kind).to_lowercase()
         }
         SamplerKind::Sobol => sampler_name(kind).to_owned(),
+        SamplerKind::PaddedSobol => "padded Sobol".to_owned(),
     };
     let Some(found) = found else { return format!("as if independent, these are {name} \u{2026}") };
     let cost = variance::cost(unit, frame);

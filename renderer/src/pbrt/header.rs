@@ -19,7 +19,7 @@ const MAX_SPP: u32 = i32::MAX as u32;
 const DEFAULT_RESOLUTION: [u32; 2] = [1280, 720];
 const DEFAULT_SPP: u32 = 16;
 
-/// What pbrt-v3 has where the file says nothing: a Film of its size and 16 points of a low discrepancy (Sobol's for its
+/// What pbrt-v3 has where the file says nothing: a Film of its size and 16 points of a low discrepancy (a lattice's for its
 /// Halton's). The tutorial's integrator without a Sampler is one of the tutorial's headers: they leave it to the first.
 pub(super) fn defaults(s: &mut Settings, has_film: bool, has_sampler: bool) {
     if !has_film {
@@ -27,7 +27,7 @@ pub(super) fn defaults(s: &mut Settings, has_film: bool, has_sampler: bool) {
     }
     if !has_sampler {
         let strata = SamplerSettings::strata_for(DEFAULT_SPP);
-        s.sampling.sampler = SamplerSettings { kind: SamplerKind::Sobol, strata, jitter: true };
+        s.sampling.sampler = SamplerSettings { kind: SamplerKind::Lattice, strata, jitter: true };
         s.sampling.spp = NonZeroU32::new(DEFAULT_SPP);
     }
 }
@@ -90,11 +90,18 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
         "random" => (SamplerKind::Independent, 4),
         "sobol" => (SamplerKind::Sobol, DEFAULT_SPP),
         "lattice" => (SamplerKind::Lattice, DEFAULT_SPP),
+        "padded_sobol" => (SamplerKind::PaddedSobol, DEFAULT_SPP),
         "halton" | "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             log.warn(at, format!("Sampler {}: Owen-scrambled Sobol points are used instead", shown(kind)));
             (SamplerKind::Sobol, DEFAULT_SPP)
         }
-        "zsobol" | "paddedsobol" | "pmj02bn" => {
+        "paddedsobol" => {
+            log.found_v4();
+            let message = format!("Sampler {} is read as \"padded_sobol\"", shown(kind));
+            log.warn_dialect(at, message, format!("Sampler {} as padded_sobol", shown(kind)));
+            (SamplerKind::PaddedSobol, DEFAULT_SPP)
+        }
+        "zsobol" | "pmj02bn" => {
             log.found_v4();
             let message = format!("Sampler {}: Owen-scrambled Sobol points are used instead", shown(kind));
             log.warn_dialect(at, message, format!("Sampler {} as sobol", shown(kind)));
@@ -108,7 +115,7 @@ pub(super) fn sampler(kind: &str, mut params: Params, at: Pos, s: &mut Settings,
         }
         _ => {
             let message = format!(
-                "Sampler {}, expected stratified, random, sobol, lattice or strata_lattice; independent samples are used",
+                "Sampler {}, expected stratified, lattice, sobol, random, padded_stratified or padded_sobol; independent samples are used",
                 shown(kind)
             );
             log.warn(at, message);

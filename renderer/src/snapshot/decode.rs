@@ -247,8 +247,8 @@ fn restore_from(path: &Path, header: &Header) -> Result<Restored, Error> {
     let Some(settings) = text(names::SETTINGS)? else {
         return Err(Error::file(path, format!("was not written by MIS Lab: no attribute {}", names::SETTINGS)));
     };
-    match attribute(names::FORMAT_NAME) {
-        Some(AttributeValue::I32(names::FORMAT)) => {}
+    let format = match attribute(names::FORMAT_NAME) {
+        Some(AttributeValue::I32(format @ 1..=names::FORMAT)) => *format,
         Some(AttributeValue::I32(newer)) if *newer > names::FORMAT => {
             return Err(Error::file(
                 path,
@@ -256,8 +256,9 @@ fn restore_from(path: &Path, header: &Header) -> Result<Restored, Error> {
             ));
         }
         _ => return Err(Error::file(path, format!("no valid {}, expected {}", names::FORMAT_NAME, names::FORMAT))),
-    }
-    let settings = read_settings(settings).map_err(|m| Error::file(path, format!("{}: {m}", names::SETTINGS)))?;
+    };
+    let settings =
+        read_settings(settings, format).map_err(|m| Error::file(path, format!("{}: {m}", names::SETTINGS)))?;
     let Some(scene) = text(names::SCENE)? else {
         let why = text(names::SCENE_MISSING)?.unwrap_or("no attribute mislabScene");
         return Err(Error::file(path, format!("holds no scene: {why}")));
@@ -279,11 +280,18 @@ fn restore_from(path: &Path, header: &Header) -> Result<Restored, Error> {
     })
 }
 
-fn read_settings(json: &str) -> Result<Settings, String> {
-    let settings: Settings = serde_json::from_str(json).map_err(|e| e.to_string())?;
+fn read_settings(json: &str, format: i32) -> Result<Settings, String> {
+    let mut found: serde_json::Value = serde_json::from_str(json).map_err(|e| e.to_string())?;
+    if format == 1
+        && let Some(kind) = found.pointer_mut("/sampler/kind")
+        && let Some(now) = kind.as_str().and_then(sampler_of_format_1)
+    {
+        *kind = now.into();
+    }
+    // From text, not from the value: a number of single precision takes another way through a double.
+    let settings: Settings = serde_json::from_str(&found.to_string()).map_err(|e| e.to_string())?;
     // A setting we do not know would be lost silently, and with it the promise of the same bits.
     let known = serde_json::to_value(&settings).map_err(|e| e.to_string())?;
-    let found: serde_json::Value = serde_json::from_str(json).map_err(|e| e.to_string())?;
     if let (Some(known), Some(found)) = (known.as_object(), found.as_object())
         && let Some(name) = found.keys().find(|name| !known.contains_key(*name))
     {
@@ -291,4 +299,14 @@ fn read_settings(json: &str) -> Result<Settings, String> {
     }
     settings.check()?;
     Ok(settings)
+}
+
+/// What a sampler of format 1 is called now, if that is not the same: those names went to better patterns.
+fn sampler_of_format_1(name: &str) -> Option<&'static str> {
+    match name {
+        "stratified" => Some("padded_stratified"),
+        "sobol" => Some("padded_sobol"),
+        "strata_lattice" => Some("stratified"),
+        _ => None,
+    }
 }

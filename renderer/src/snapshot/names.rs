@@ -1,7 +1,7 @@
 //! Names of the attributes this program writes. OpenEXR's limit is 31 characters.
 
 /// Version of the `mislab...` attributes; a reader refuses larger numbers.
-pub(super) const FORMAT: i32 = 1;
+pub(super) const FORMAT: i32 = 2;
 
 pub(super) const FORMAT_NAME: &str = "mislabFormat";
 pub(super) const SETTINGS: &str = "mislabSettings";

@@ -57,10 +57,10 @@ impl Replicated {
         settings.image.resolution = small(settings.image.resolution);
         let sampler = settings.sampling.sampler;
         let spp = match sampler.kind {
-            SamplerKind::Stratified | SamplerKind::StrataLattice => {
+            SamplerKind::Stratified | SamplerKind::PaddedStratified => {
                 sampler.strata[0].saturating_mul(sampler.strata[1]).clamp(2, SPP[1])
             }
-            SamplerKind::Independent | SamplerKind::Sobol | SamplerKind::Lattice => SPP[0],
+            SamplerKind::Lattice | SamplerKind::Sobol | SamplerKind::Independent | SamplerKind::PaddedSobol => SPP[0],
         };
         settings.sampling.spp = NonZeroU32::new(spp);
         let area = settings.pixel_bounds().area();

@@ -94,7 +94,7 @@ impl Plan {
         Settings {
             estimator: Estimator { strategy: Strategy::MisAll, ..Estimator::default() },
             sampling: Sampling {
-                sampler: SamplerSettings { kind: SamplerKind::Sobol, ..Sampling::default().sampler },
+                sampler: SamplerSettings { kind: SamplerKind::Lattice, ..Sampling::default().sampler },
                 spp: NonZeroU32::new(self.spp / 2),
                 seed: self.seed.wrapping_add(1 << 31).wrapping_add(number),
             },

@@ -15,7 +15,7 @@ const STRATA: [[u32; 2]; 12] =
     [[1, 1], [2, 1], [1, 7], [17, 1], [2, 3], [6, 6], [8, 8], [7, 5], [4, 16], [16, 16], [31, 33], [64, 2]];
 
 fn strata(strata: [u32; 2], jitter: bool) -> SamplerSettings {
-    SamplerSettings { kind: SamplerKind::StrataLattice, strata, jitter }
+    SamplerSettings { kind: SamplerKind::Stratified, strata, jitter }
 }
 
 /// Of the strategy, where there are several lights and lobes; at a pixel.
@@ -284,7 +284,7 @@ fn numbers_pixels_and_rounds_are_independent() {
         let above = |i| [0, 1].map(|k| draw(3, place(i).0, place(i).1 + k, 2));
         test_pairs(&mut family, &format!("{name}, above each other"), above, false);
         test_pairs(&mut family, &format!("{name}, two seeds"), |i| [0, 1].map(|seed| draw(seed, i, 0, 2)), false);
-        if settings.kind == SamplerKind::StrataLattice {
+        if settings.kind == SamplerKind::Stratified {
             let n = settings.strata[0] * settings.strata[1];
             let rounds = |i: u32| [0, 1].map(|round| draw(3, i % 300, i / 300, 2 + round * n));
             test_pairs(&mut family, &format!("{name}, two rounds"), rounds, false);

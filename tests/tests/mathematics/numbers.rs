@@ -14,13 +14,13 @@ use mislab_tests::statistics::z_limit;
 
 use crate::once;
 
-const SOBOL: SamplerSettings = SamplerSettings { kind: SamplerKind::Sobol, strata: [1, 1], jitter: true };
+const SOBOL: SamplerSettings = SamplerSettings { kind: SamplerKind::PaddedSobol, strata: [1, 1], jitter: true };
 const ALL: [bool; Dimension::ALL.len()] = [true; Dimension::ALL.len()];
 const PAIRS: [Dimension; 3] = [Dimension::Pixel, Dimension::Light, Dimension::Bsdf];
 const SINGLES: [Dimension; 3] = [Dimension::Technique, Dimension::LightChoice, Dimension::Lobe];
 
 fn stratified(strata: [u32; 2], jitter: bool) -> SamplerSettings {
-    SamplerSettings { kind: SamplerKind::Stratified, strata, jitter }
+    SamplerSettings { kind: SamplerKind::PaddedStratified, strata, jitter }
 }
 
 fn key(x: u32, y: u32) -> Wrapping {
@@ -118,7 +118,7 @@ fn numbers_of_the_other_technique_are_left_alone() {
             sampler.enter(Single, once::patch(3, 5, 9));
             sampler.turn(Single, &mut pixels);
             let mut numbers = sampler.nothing(Single);
-            sampler.draw(Single, Which { sample: 0, next: false }, &pixels, asked, &mut numbers);
+            sampler.sample(Single, Which { sample: 0, next: false }, &pixels).draw(asked, &mut numbers);
             let drawn = |dimension| match dimension {
                 Dimension::Pixel => true,
                 Dimension::Technique => false,
@@ -219,7 +219,7 @@ fn runs_hold_the_samples_that_come_alone() {
                 let length = sampler.start(next, last - next);
                 let what = format!("{settings:?}, {length} samples from {next}, {} left", last - next);
                 assert!((1..=RUN as u32).contains(&length) && length <= last - next, "{what}");
-                if settings.kind == SamplerKind::Stratified {
+                if settings.kind == SamplerKind::PaddedStratified {
                     let n = settings.strata[0] * settings.strata[1];
                     assert_eq!(next / n, (next + length - 1) / n, "{what}: more than a round");
                 }
@@ -227,15 +227,15 @@ fn runs_hold_the_samples_that_come_alone() {
                 sampler.turn(Single, &mut pixels);
                 for i in 0..length {
                     let mut numbers = sampler.nothing(Single);
-                    numbers.set_technique(sampler.technique(Single, i as usize, &pixels));
-                    let which = Which { sample: i as usize, next: false };
-                    sampler.draw(Single, which, &pixels, PerTechnique::BOTH, &mut numbers);
+                    let sample = sampler.sample(Single, Which { sample: i as usize, next: false }, &pixels);
+                    numbers.set_technique(sample.technique());
+                    sample.draw(PerTechnique::BOTH, &mut numbers);
                     let alone = once::draw(&mut at(&settings, 5, 9), next + i);
                     assert_eq!(each(&numbers), each(&alone), "{what}: number {i}");
                     // The second one of a pair, asked for by way of the first.
                     if i > 0 {
                         let which = Which { sample: i as usize - 1, next: true };
-                        sampler.draw(Single, which, &pixels, PerTechnique::BOTH, &mut numbers);
+                        sampler.sample(Single, which, &pixels).draw(PerTechnique::BOTH, &mut numbers);
                         assert_eq!(each(&numbers), each(&alone), "{what}: number {i} from the one before");
                     }
                 }
@@ -389,8 +389,8 @@ fn dimensions_pixels_and_samples_are_independent() {
             })
         });
         // One round of strata and the next.
-        let later = if settings.kind == SamplerKind::Stratified { 12 } else { 1 };
-        if settings.kind != SamplerKind::Sobol {
+        let later = if settings.kind == SamplerKind::PaddedStratified { 12 } else { 1 };
+        if settings.kind != SamplerKind::PaddedSobol {
             test_pairs(&mut family, &format!("{name}, {later} samples later"), COUNT, false, |i| {
                 let mut sampler = at(&settings, i % 300, i / 300);
                 [once::draw(&mut sampler, 2), once::draw(&mut sampler, 2 + later)]
@@ -462,7 +462,8 @@ fn every_stratum_gets_one_sample_of_each_round() {
 #[test]
 fn techniques_alternate() {
     for settings in [SOBOL, stratified([8, 8], true), stratified([2, 1], true), stratified([16, 4], false)] {
-        let most = if settings.kind == SamplerKind::Stratified { settings.strata[0] * settings.strata[1] } else { 64 };
+        let most =
+            if settings.kind == SamplerKind::PaddedStratified { settings.strata[0] * settings.strata[1] } else { 64 };
         let mut firsts = [0u32; 8];
         for pixel in 0..400 {
             let mut sampler = only(Dimension::Technique, &settings, pixel, 7);
@@ -678,7 +679,7 @@ fn pixels_have_patterns_of_their_own() {
             }
         }
         for (seen, dimension) in seen.iter().zip(Dimension::ALL) {
-            if settings.kind == SamplerKind::Stratified && dimension == Dimension::Technique {
+            if settings.kind == SamplerKind::PaddedStratified && dimension == Dimension::Technique {
                 // Techniques alternate: four samples of a pixel leave 2^18 ways.
                 assert!(seen.len() > 9700, "{} of {PIXELS} pixels have a pattern of their own", seen.len());
                 continue;

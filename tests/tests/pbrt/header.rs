@@ -16,7 +16,10 @@ fn absent_directives_and_parameters() {
     assert_no_warnings(&file);
     assert_eq!((file.settings.estimator, file.film_filename.as_str()), (Settings::default().estimator, "pbrt.exr"));
     assert_eq!(file.settings.image.resolution, [1280, 720]);
-    assert_eq!((file.settings.sampling.sampler.kind, file.settings.sampling.target()), (SamplerKind::Sobol, Some(16)));
+    assert_eq!(
+        (file.settings.sampling.sampler.kind, file.settings.sampling.target()),
+        (SamplerKind::Lattice, Some(16))
+    );
     assert_eq!((file.scene.camera.fov_deg, file.scene.camera.screen_window), (90.0, None));
     // pbrt's defaults for what a directive leaves out.
     assert_eq!(settings("Film \"image\"").image.resolution, [1280, 720]);
@@ -81,10 +84,12 @@ fn samplers() {
     );
     let s = settings("Sampler \"sobol\" \"integer pixelsamples\" [32]");
     assert_eq!((s.sampling.sampler.kind, s.sampling.spp.map(|n| n.get())), (SamplerKind::Sobol, Some(32)));
+    let s = settings("Sampler \"padded_sobol\" \"integer pixelsamples\" [32]");
+    assert_eq!((s.sampling.sampler.kind, s.sampling.spp.map(|n| n.get())), (SamplerKind::PaddedSobol, Some(32)));
     let s = settings("Sampler \"lattice\" \"integer pixelsamples\" [32]");
     assert_eq!((s.sampling.sampler.kind, s.sampling.spp.map(|n| n.get())), (SamplerKind::Lattice, Some(32)));
     let s = settings(
-        "Sampler \"strata_lattice\" \"bool jitter\" \"false\" \"integer xsamples\" [3] \"integer ysamples\" 5",
+        "Sampler \"padded_stratified\" \"bool jitter\" \"false\" \"integer xsamples\" [3] \"integer ysamples\" 5",
     );
     assert_eq!(
         (
@@ -93,7 +98,7 @@ fn samplers() {
             s.sampling.sampler.jitter,
             s.sampling.spp.map(|n| n.get())
         ),
-        (SamplerKind::StrataLattice, [3, 5], false, Some(15))
+        (SamplerKind::PaddedStratified, [3, 5], false, Some(15))
     );
     for other in ["halton", "02sequence", "lowdiscrepancy", "maxmindist"] {
         let file = parse(&format!(

@@ -113,7 +113,7 @@ pub fn requests(document: &Document, cells: &[Cell]) -> (Vec<Request>, [Request;
 
 /// A half of the reference: both techniques, points that converge fast, seeds far from those of the cells.
 fn reference(image: ImageSettings, seed: u32, half: u32) -> Settings {
-    let sampler = SamplerSettings { kind: SamplerKind::Sobol, ..Sampling::default().sampler };
+    let sampler = SamplerSettings { kind: SamplerKind::Lattice, ..Sampling::default().sampler };
     let sampling =
         Sampling { sampler, spp: NonZeroU32::new(REFERENCE_SPP), seed: seed.wrapping_add(1 << 31).wrapping_add(half) };
     Settings { estimator: Estimator::default(), sampling, image }

@@ -125,30 +125,35 @@ impl OneSampleWeights {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SamplerKind {
-    /// One sample in each of n x m strata, visited in a random order of the pixel's own.
+    /// A lattice with one sample in each of n x m strata, and one in each of n m slots of either axis.
     Stratified,
-    /// Independent uniform samples.
-    Independent,
-    /// Owen-scrambled Sobol points (Burley 2020).
-    Sobol,
     /// A lattice that grows: any number of samples is spread evenly.
     Lattice,
-    /// A lattice with one sample in each of n x m strata, and one in each of n m slots of either axis.
-    StrataLattice,
+    /// Owen-scrambled Sobol points (Burley 2020).
+    Sobol,
+    /// Independent uniform samples.
+    Independent,
+    /// As pbrt-v3's: one sample in each of n x m strata, visited in a random order of the pixel's own, and every choice
+    /// in a dimension of its own.
+    PaddedStratified,
+    /// Owen-scrambled Sobol points, with every choice in a dimension of its own.
+    PaddedSobol,
 }
 
 impl SamplerKind {
     /// All samplers, in the order shown to users.
-    pub const ALL: [Self; 5] = [Self::Stratified, Self::Independent, Self::Sobol, Self::Lattice, Self::StrataLattice];
+    pub const ALL: [Self; 6] =
+        [Self::Stratified, Self::Lattice, Self::Sobol, Self::Independent, Self::PaddedStratified, Self::PaddedSobol];
 
     /// The name on the command line and in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stratified => "stratified",
-            Self::Independent => "independent",
-            Self::Sobol => "sobol",
             Self::Lattice => "lattice",
-            Self::StrataLattice => "strata_lattice",
+            Self::Sobol => "sobol",
+            Self::Independent => "independent",
+            Self::PaddedStratified => "padded_stratified",
+            Self::PaddedSobol => "padded_sobol",
         }
     }
 
@@ -160,8 +165,8 @@ impl SamplerKind {
     /// True if `strata` and `jitter` matter: the pattern is one of n x m samples, repeated.
     pub fn has_strata(self) -> bool {
         match self {
-            Self::Stratified | Self::StrataLattice => true,
-            Self::Independent | Self::Sobol | Self::Lattice => false,
+            Self::Stratified | Self::PaddedStratified => true,
+            Self::Lattice | Self::Sobol | Self::Independent | Self::PaddedSobol => false,
         }
     }
 
@@ -169,8 +174,8 @@ impl SamplerKind {
     /// others have a number of its own for every choice (*padding*), as pbrt has.
     pub fn is_nested(self) -> bool {
         match self {
-            Self::Lattice | Self::StrataLattice => true,
-            Self::Stratified | Self::Independent | Self::Sobol => false,
+            Self::Stratified | Self::Lattice | Self::Sobol => true,
+            Self::Independent | Self::PaddedStratified | Self::PaddedSobol => false,
         }
     }
 }

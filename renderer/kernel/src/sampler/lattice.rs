@@ -7,6 +7,7 @@
 //! every prefix unbiased.
 
 use super::RUN;
+use super::dimension::Dimension;
 use super::unit::to_unit;
 use crate::lanes::Lanes;
 
@@ -20,12 +21,18 @@ const B: u32 = 0xff10_7f27;
 /// By axis, a number for each sample of a run: the lattice before any pixel shifts it, in units of 2^-32.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lattice {
-    pub(super) direction: [[u32; RUN + 1]; 2],
-    pub(super) pixel: [[u32; RUN + 1]; 2],
+    direction: [[u32; RUN + 1]; 2],
+    pixel: [[u32; RUN + 1]; 2],
 }
 
 impl Lattice {
     pub(super) const NOTHING: Self = Self { direction: [[0; RUN + 1]; 2], pixel: [[0; RUN + 1]; 2] };
+
+    /// By axis, the numbers of a dimension.
+    #[inline(always)]
+    pub(super) fn of(&self, dimension: Dimension) -> &[[u32; RUN + 1]; 2] {
+        if dimension == Dimension::Pixel { &self.pixel } else { &self.direction }
+    }
 
     /// Turns to the samples from `first` on.
     #[inline(always)]

@@ -21,8 +21,8 @@ use hash::{mix, mix_on, mix_one};
 use lattice::Lattice;
 pub use numbers::Numbers;
 use sobol::{scramble, sobol_1d, sobol_2d};
-use strata::{Order, Shuffle, Strata, nested};
-use strata_lattice::{Place, StrataLattice, Turn};
+use strata::{Order, Strata, nested};
+use strata_lattice::StrataLattice;
 use unit::{HALF, UNIT, in_stratum};
 
 /// What distinguishes the pixels of a packet, for one seed. Different pixels (of images up to
@@ -91,21 +91,16 @@ const COUNT: usize = Dimension::ALL.len();
 #[derive(Clone, Copy)]
 pub struct Pixels<L: Lanes> {
     keys: L::U,
-    /// By dimension: how the strata are shuffled.
-    shuffles: [Shuffle<L>; COUNT],
-    /// By dimension: how Sobol points are scrambled, and, the last two, how a lattice is shifted.
-    scrambles: [[L::U; 3]; COUNT],
-    /// By dimension: how a lattice of strata is rotated.
-    turns: [Turn<L>; COUNT],
+    /// By dimension: how the pattern is made each pixel's own. Strata are shuffled ([`strata::Shuffle`]), Sobol points
+    /// scrambled ([`scramble`]), a lattice is shifted and one of strata rotated ([`strata_lattice::Turn`]).
+    own: [[L::U; 3]; COUNT],
 }
 
 impl<L: Lanes> Pixels<L> {
     /// Those with these [`pixel_keys`], for [`Sampler::turn`] to turn.
     #[inline(always)]
     pub fn new(l: L, keys: L::U) -> Self {
-        let still = Shuffle { key: l.u(0), factor: l.u(1), shift: l.u(0) };
-        let (shuffles, scrambles) = ([still; COUNT], [[l.u(0); 3]; COUNT]);
-        Self { keys, shuffles, scrambles, turns: [Turn::none(l); COUNT] }
+        Self { keys, own: [[l.u(0); 3]; COUNT] }
     }
 
     /// Others, not turned yet.
@@ -118,8 +113,8 @@ impl<L: Lanes> Pixels<L> {
 impl Sampler {
     /// A sampler for the dimensions that are wanted.
     pub fn new(settings: &SamplerSettings, wanted: [bool; COUNT]) -> Self {
-        let kind = settings.kind;
-        let rows_and_columns = if kind == SamplerKind::StrataLattice { settings.strata } else { [1; 2] };
+        let SamplerSettings { kind, strata, jitter } = *settings;
+        let rows_and_columns = if kind == SamplerKind::Stratified { strata } else { [1; 2] };
         Self {
             settings: *settings,
             wanted: if kind.is_nested() { Dimension::once_nested(wanted) } else { wanted },
@@ -128,10 +123,10 @@ impl Sampler {
             round: 0,
             counters: [[0; RUN + 1]; COUNT],
             reversed: [0; RUN + 1],
-            strata: Strata::new(settings.strata[0] * settings.strata[1]),
+            strata: Strata::new(strata[0] * strata[1]),
             order: [[0; RUN + 1]; COUNT],
             lattice: Lattice::NOTHING,
-            strata_lattice: StrataLattice::new(rows_and_columns),
+            strata_lattice: StrataLattice::new(rows_and_columns, jitter),
         }
     }
 
@@ -153,7 +148,7 @@ impl Sampler {
             length = length.min(n - first % n);
         }
         match self.settings.kind {
-            SamplerKind::Independent | SamplerKind::Stratified => {
+            SamplerKind::Independent | SamplerKind::PaddedStratified => {
                 for (d, counters) in self.counters.iter_mut().enumerate().filter(|(d, _)| self.wanted[*d]) {
                     for (i, counter) in counters.iter_mut().enumerate().take(length as usize) {
                         // A bijection of the index: no number of a pixel comes twice in 2^32 samples.
@@ -161,13 +156,13 @@ impl Sampler {
                     }
                 }
             }
-            SamplerKind::Sobol => {
+            SamplerKind::Sobol | SamplerKind::PaddedSobol => {
                 for (i, reversed) in self.reversed.iter_mut().enumerate().take(length as usize) {
                     *reversed = (first + i as u32).reverse_bits();
                 }
             }
             SamplerKind::Lattice => self.lattice.start(first, length),
-            SamplerKind::StrataLattice => self.strata_lattice.start(first % n, length),
+            SamplerKind::Stratified => self.strata_lattice.start(first % n, length),
         }
         length
     }
@@ -176,7 +171,7 @@ impl Sampler {
     #[inline(always)]
     pub fn enter<L: Lanes>(&mut self, l: L, key: u32) {
         self.key = key;
-        if self.settings.kind != SamplerKind::Stratified {
+        if self.settings.kind != SamplerKind::PaddedStratified {
             return;
         }
         for dimension in Dimension::ALL {
@@ -210,25 +205,22 @@ impl Sampler {
             if !self.wanted[d] {
                 continue;
             }
-            match self.settings.kind {
-                SamplerKind::Independent => {}
-                SamplerKind::Stratified => {
+            let place = self.place_of(dimension);
+            pixels.own[d] = match self.settings.kind {
+                SamplerKind::Independent => continue,
+                SamplerKind::PaddedStratified => {
                     let key = mix(l, keys ^ l.u(round_key(self.round, dimension)));
-                    pixels.shuffles[d] =
-                        if self.alternates(dimension) { nested(l, key) } else { self.strata.shuffle(l, key) };
+                    if self.alternates(dimension) { nested(l, key) } else { self.strata.shuffle(l, key) }
                 }
-                SamplerKind::Sobol => {
-                    pixels.scrambles[d] = scramble(l, mix(l, keys ^ l.u(mix_one(0x51ed_270b ^ dimension as u32))));
+                SamplerKind::Sobol | SamplerKind::PaddedSobol => {
+                    scramble(l, mix(l, keys ^ l.u(mix_one(0x51ed_270b ^ place as u32))))
                 }
-                SamplerKind::Lattice => {
-                    let place = self.place_of(dimension) as u32;
-                    pixels.scrambles[d] = scramble(l, mix(l, keys ^ l.u(mix_one(0x2545_f491 ^ place))));
+                SamplerKind::Lattice => scramble(l, mix(l, keys ^ l.u(mix_one(0x2545_f491 ^ place as u32)))),
+                SamplerKind::Stratified => {
+                    let key = mix(l, keys ^ l.u(round_key(self.round, place)));
+                    self.strata_lattice.turn(l, key, dimension == Dimension::Pixel)
                 }
-                SamplerKind::StrataLattice => {
-                    let key = mix(l, keys ^ l.u(round_key(self.round, self.place_of(dimension))));
-                    pixels.turns[d] = Turn::new(l, key, self.settings.strata, self.settings.jitter);
-                }
-            }
+            };
         }
     }
 
@@ -241,11 +233,13 @@ impl Sampler {
         dimension == Dimension::Technique && self.strata.n.is_power_of_two()
     }
 
-    /// The dimension whose random shift moves a lattice for this one. The first direction of a sample has the same
-    /// whichever technique draws it, so that the techniques share a pattern where only one of them is drawn.
+    /// The dimension whose key makes the pattern of this one each pixel's own: itself, if it is padded. Nested, the first
+    /// direction of a sample has the same whichever technique draws it, so that the techniques share a pattern
+    /// where only one of them is drawn.
     #[inline(always)]
     fn place_of(&self, dimension: Dimension) -> Dimension {
         match dimension {
+            _ if !self.settings.kind.is_nested() => dimension,
             Dimension::Bsdf if self.wanted[Dimension::Light as usize] => Dimension::Bsdf,
             Dimension::Technique | Dimension::LightChoice | Dimension::Light | Dimension::Lobe | Dimension::Bsdf => {
                 Dimension::Light
@@ -254,156 +248,150 @@ impl Sampler {
         }
     }
 
-    /// The number that says which technique draws sample `i` of the run.
+    /// A sample of the run in these pixels.
     #[inline(always)]
-    pub fn technique<L: Lanes>(&self, l: L, i: usize, pixels: &Pixels<L>) -> L::F {
-        self.number(l, Which { sample: i, next: l.m(false) }, pixels, Dimension::Technique)
+    pub fn sample<'a, L: Lanes>(&'a self, l: L, which: Which<L>, pixels: &'a Pixels<L>) -> Drawing<'a, L> {
+        Drawing { sampler: self, l, which, pixels }
+    }
+}
+
+/// The numbers of one sample of each pixel of a packet, to be drawn.
+#[derive(Clone, Copy)]
+pub struct Drawing<'a, L: Lanes> {
+    sampler: &'a Sampler,
+    pub(crate) l: L,
+    pub(crate) which: Which<L>,
+    pixels: &'a Pixels<L>,
+}
+
+impl<L: Lanes> Drawing<'_, L> {
+    /// The sample after it.
+    #[inline(always)]
+    pub(crate) fn following(self) -> Self {
+        let Which { sample, next } = self.which;
+        Self { which: Which { sample: sample + 1, next }, ..self }
     }
 
-    /// The other numbers of a sample of the run. Dimensions that are not wanted are left as they are, and so are those of
-    /// a technique that is not `drawn`. (All in one place and one loop: a call of its own
-    /// for every use made the kernel six times as large and its compilation minutes long.)
+    /// The number that says which technique draws the sample.
     #[inline(always)]
-    pub fn draw<L: Lanes>(
-        &self,
-        l: L,
-        which: Which<L>,
-        pixels: &Pixels<L>,
-        drawn: PerTechnique<bool>,
-        numbers: &mut Numbers<L>,
-    ) {
+    pub fn technique(self) -> L::F {
+        self.number(Dimension::Technique)
+    }
+
+    /// The other numbers. Dimensions that are not wanted are left as they are, and so are those of a technique that
+    /// is not `drawn`. (All in one place and one loop: a call of its own for every use made the kernel
+    /// six times as large and its compilation minutes long.)
+    #[inline(always)]
+    pub fn draw(self, drawn: PerTechnique<bool>, numbers: &mut Numbers<L>) {
+        let wanted = &self.sampler.wanted;
         for (dimension, drawn) in [(Dimension::LightChoice, drawn.light), (Dimension::Lobe, drawn.bsdf)] {
-            if self.wanted[dimension as usize] && drawn {
-                numbers.set_1d(dimension, self.number(l, which, pixels, dimension));
+            if wanted[dimension as usize] && drawn {
+                numbers.set_1d(dimension, self.number(dimension));
             }
         }
         for (dimension, drawn) in
             [(Dimension::Pixel, true), (Dimension::Light, drawn.light), (Dimension::Bsdf, drawn.bsdf)]
         {
-            let d = dimension as usize;
-            if self.wanted[d] && drawn {
-                numbers.set(dimension, self.pair(l, which, pixels, dimension));
+            if wanted[dimension as usize] && drawn {
+                numbers.set(dimension, self.pair(dimension));
             }
         }
         // The technique's number is there already: it is the first one of its direction, this is the second.
         let technique = Dimension::Technique;
-        if self.wanted[technique as usize] {
-            let second = match self.settings.kind {
-                SamplerKind::Independent | SamplerKind::Stratified | SamplerKind::Sobol => None,
-                SamplerKind::Lattice => Some(self.lattice(l, which, pixels, technique, 1)),
-                SamplerKind::StrataLattice => Some(self.strata_lattice(l, which, pixels, technique, 1)),
-            };
-            if let Some(v) = second {
-                numbers.set(technique, [numbers.get_1d(technique), v]);
-            }
+        if wanted[technique as usize] && self.sampler.settings.kind.is_nested() {
+            numbers.set(technique, [numbers.get_1d(technique), self.second(technique)]);
         }
     }
 
-    /// The numbers of a sample in a dimension that has two.
+    /// The numbers of a dimension that has two.
     #[inline(always)]
-    fn pair<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, dimension: Dimension) -> [L::F; 2] {
+    fn pair(self, dimension: Dimension) -> [L::F; 2] {
+        let Self { sampler, l, which, pixels } = self;
         let d = dimension as usize;
-        match self.settings.kind {
-            SamplerKind::Independent => {
-                let [x, y] = self.pair_of_bits(l, which, pixels, d);
-                [x * UNIT, y * UNIT]
-            }
-            SamplerKind::Stratified => {
-                let [nx, ny] = self.settings.strata;
-                let jitter = self.settings.jitter;
-                let [jx, jy] = if jitter { self.pair_of_bits(l, which, pixels, d) } else { [l.f(HALF); 2] };
-                let stratum = which.of(l, &self.order[d]);
-                let stratum = self.strata.place(l, stratum, &pixels.shuffles[d]).to_real();
+        match sampler.settings.kind {
+            SamplerKind::Independent => self.pair_of_bits(d).map(
+                #[inline(always)]
+                |bits| bits * UNIT,
+            ),
+            SamplerKind::PaddedStratified => {
+                let [nx, ny] = sampler.settings.strata;
+                let [jx, jy] = if sampler.settings.jitter { self.pair_of_bits(d) } else { [l.f(HALF); 2] };
+                let stratum = which.of(l, &sampler.order[d]);
+                let stratum = sampler.strata.place(l, stratum, &pixels.own[d]).to_real();
                 // The half keeps the quotient clear of integers.
                 let row = ((stratum + 0.5) * (1.0 / nx as f32)).to_uint().to_real();
                 let column = stratum - row * nx as f32;
                 [in_stratum(l, column, nx, jx), in_stratum(l, row, ny, jy)]
             }
-            SamplerKind::Sobol => sobol_2d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
-            SamplerKind::StrataLattice if dimension == Dimension::Pixel && !self.settings.jitter => {
-                self.strata_lattice.centre(l, &self.place(l, which, dimension), &pixels.turns[d])
+            SamplerKind::Sobol | SamplerKind::PaddedSobol => {
+                sobol_2d(l, which.of(l, &sampler.reversed), &pixels.own[d])
             }
-            SamplerKind::Lattice => {
-                [self.lattice(l, which, pixels, dimension, 0), self.lattice(l, which, pixels, dimension, 1)]
-            }
-            SamplerKind::StrataLattice => {
-                let (place, turn) = (self.place(l, which, dimension), &pixels.turns[d]);
-                [self.strata_lattice.x(l, &place, turn), self.strata_lattice.y(l, &place, turn)]
-            }
+            SamplerKind::Lattice | SamplerKind::Stratified => [self.number(dimension), self.second(dimension)],
         }
     }
 
-    /// The number of a sample in a dimension that has one; the first one of a lattice.
+    /// The number of a dimension that has one; the first one of a dimension that has two, where those are nested.
     #[inline(always)]
-    fn number<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, dimension: Dimension) -> L::F {
+    fn number(self, dimension: Dimension) -> L::F {
+        let Self { sampler, l, which, pixels } = self;
         let d = dimension as usize;
-        match self.settings.kind {
-            SamplerKind::Independent => self.bits(l, which, pixels, d) * UNIT,
-            SamplerKind::Stratified => {
-                let offset = if self.settings.jitter { self.bits(l, which, pixels, d) } else { l.f(HALF) };
-                let (stratum, shuffle) = (which.of(l, &self.order[d]), &pixels.shuffles[d]);
-                let stratum = if self.alternates(dimension) {
-                    self.strata.place_nested(l, stratum, shuffle)
+        let own = &pixels.own[d];
+        match sampler.settings.kind {
+            SamplerKind::Independent => self.bits(d) * UNIT,
+            SamplerKind::PaddedStratified => {
+                let offset = if sampler.settings.jitter { self.bits(d) } else { l.f(HALF) };
+                let stratum = which.of(l, &sampler.order[d]);
+                let stratum = if sampler.alternates(dimension) {
+                    sampler.strata.place_nested(l, stratum, own)
                 } else {
-                    self.strata.place(l, stratum, shuffle)
+                    sampler.strata.place(l, stratum, own)
                 };
-                in_stratum(l, stratum.to_real(), self.strata.n, offset)
+                in_stratum(l, stratum.to_real(), sampler.strata.n, offset)
             }
-            SamplerKind::Sobol => sobol_1d(l, which.of(l, &self.reversed), &pixels.scrambles[d]),
-            SamplerKind::Lattice => self.lattice(l, which, pixels, dimension, 0),
-            SamplerKind::StrataLattice => self.strata_lattice(l, which, pixels, dimension, 0),
+            SamplerKind::Sobol | SamplerKind::PaddedSobol => sobol_1d(l, which.of(l, &sampler.reversed), own),
+            SamplerKind::Lattice => lattice::shifted::<L>(which.of(l, &sampler.lattice.of(dimension)[0]), own[1]),
+            SamplerKind::Stratified => {
+                let [column, slot] = sampler.strata_lattice.of(dimension).x();
+                sampler.strata_lattice.x(l, [which.of(l, column), which.of(l, slot)], own)
+            }
         }
     }
 
-    /// A number of the lattice that grows, by axis.
+    /// The second number of a dimension that has two, where those are nested.
     #[inline(always)]
-    fn lattice<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, dimension: Dimension, axis: usize) -> L::F {
-        let Lattice { pixel, direction } = &self.lattice;
-        let table = if dimension == Dimension::Pixel { pixel } else { direction };
-        lattice::shifted::<L>(which.of(l, &table[axis]), pixels.scrambles[dimension as usize][axis + 1])
-    }
-
-    /// A number of the lattice of strata, by axis.
-    #[inline(always)]
-    fn strata_lattice<L: Lanes>(
-        &self,
-        l: L,
-        which: Which<L>,
-        pixels: &Pixels<L>,
-        dimension: Dimension,
-        axis: usize,
-    ) -> L::F {
-        let place = self.place(l, which, dimension);
-        let turn = &pixels.turns[dimension as usize];
-        if axis == 0 { self.strata_lattice.x(l, &place, turn) } else { self.strata_lattice.y(l, &place, turn) }
-    }
-
-    /// Where a sample is in the lattice of strata.
-    #[inline(always)]
-    fn place<L: Lanes>(&self, l: L, which: Which<L>, dimension: Dimension) -> Place<L> {
-        let StrataLattice { pixel, direction, .. } = &self.strata_lattice;
-        let places = if dimension == Dimension::Pixel { pixel } else { direction };
-        Place {
-            column: which.of(l, &places.column),
-            slot: which.of(l, &places.slot),
-            row: which.of(l, &places.row),
-            slot_of_row: which.of(l, &places.slot_of_row),
+    fn second(self, dimension: Dimension) -> L::F {
+        let Self { sampler, l, which, pixels } = self;
+        let own = &pixels.own[dimension as usize];
+        match sampler.settings.kind {
+            SamplerKind::Lattice => lattice::shifted::<L>(which.of(l, &sampler.lattice.of(dimension)[1]), own[2]),
+            SamplerKind::Stratified => {
+                lattice::shifted::<L>(which.of(l, sampler.strata_lattice.of(dimension).y()), own[2])
+            }
+            SamplerKind::Independent
+            | SamplerKind::PaddedStratified
+            | SamplerKind::Sobol
+            | SamplerKind::PaddedSobol => self.pair(dimension)[1],
         }
     }
 
     /// 24 random bits as a number in [0, 2^24), uniform and independent over pixels, samples and dimensions.
     #[inline(always)]
-    fn bits<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, d: usize) -> L::F {
-        let first = mix(l, pixels.keys ^ which.of(l, &self.counters[d]));
-        let bits = if STREAMS[d].1 == 0 { first } else { mix_on(l, first) };
+    fn bits(self, d: usize) -> L::F {
+        let first = self.first_bits(d);
+        let bits = if STREAMS[d].1 == 0 { first } else { mix_on(self.l, first) };
         (bits >> 8).to_real()
     }
 
     /// Two such numbers.
     #[inline(always)]
-    fn pair_of_bits<L: Lanes>(&self, l: L, which: Which<L>, pixels: &Pixels<L>, d: usize) -> [L::F; 2] {
-        let first = mix(l, pixels.keys ^ which.of(l, &self.counters[d]));
-        [(first >> 8).to_real(), (mix_on(l, first) >> 8).to_real()]
+    fn pair_of_bits(self, d: usize) -> [L::F; 2] {
+        let first = self.first_bits(d);
+        [(first >> 8).to_real(), (mix_on(self.l, first) >> 8).to_real()]
+    }
+
+    #[inline(always)]
+    fn first_bits(self, d: usize) -> L::U {
+        mix(self.l, self.pixels.keys ^ self.which.of(self.l, &self.sampler.counters[d]))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Permutations of the integers below n that take neighbours far apart.
 
-use super::strata::{Strata, rotate};
-use crate::lanes::{Lanes, Mask, Real, SHORT, Uint};
+use super::strata::Strata;
+use crate::lanes::SHORT;
 
 /// The golden and the silver section: their multiples spread evenly modulo 1.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -11,36 +11,23 @@ const SILVER: f64 = std::f64::consts::SQRT_2 - 1.0;
 /// [`SHORT`] it goes to `g q mod n` with g near the golden section of n, which needs no table.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Golden {
-    ranks: [f32; SHORT],
+    ranks: [u32; SHORT],
     steps: Steps,
 }
 
 impl Golden {
     pub(super) fn new(n: u32) -> Self {
         let fraction = |q: u32| (f64::from(q) * GOLDEN).fract();
-        let mut ranks = [0.0; SHORT];
+        let mut ranks = [0; SHORT];
         for (q, rank) in ranks.iter_mut().enumerate().take(n as usize) {
-            *rank = (0..n.min(SHORT as u32)).filter(|&other| fraction(other) < fraction(q as u32)).count() as f32;
+            *rank = (0..n.min(SHORT as u32)).filter(|&other| fraction(other) < fraction(q as u32)).count() as u32;
         }
         Self { ranks, steps: Steps::new(GOLDEN, n) }
     }
 
-    /// Where q goes by multiplication.
+    /// Where q goes.
     pub(super) fn place(&self, q: u32) -> u32 {
-        self.steps.place(q)
-    }
-
-    /// Where `q + before` goes, `after` further; all modulo n. To multiply by g first makes no difference but of `after`,
-    /// which is random: so `place`, where q goes, does for many.
-    #[inline(always)]
-    pub(super) fn rotated<L: Lanes>(&self, l: L, [q, place]: [L::U; 2], before: L::U, after: L::U) -> L::F {
-        let n = self.steps.n;
-        if n as usize > SHORT {
-            return rotate(l, place, after, n).to_real();
-        }
-        let rank = l.lookup(&self.ranks, n as usize, rotate(l, q, before, n));
-        let sum = rank + after.to_real();
-        sum.lt(l.f(n as f32)).select(sum, sum - n as f32)
+        if self.steps.n as usize > SHORT { self.steps.place(q) } else { self.ranks[q as usize] }
     }
 }
 

@@ -30,21 +30,21 @@ impl Strata {
     #[inline(always)]
     pub(super) fn shuffle<L: Lanes>(&self, l: L, key: L::U) -> Shuffle<L> {
         // floor(r n / 2^16) for 16 random bits r: uniform to 2^-16 n.
-        Shuffle { key, factor: (mix_on(l, key) >> 15) | l.u(1), shift: ((key >> 16) * l.u(self.n)) >> 16 }
+        [key, (mix_on(l, key) >> 15) | l.u(1), ((key >> 16) * l.u(self.n)) >> 16]
     }
 
     /// Where a pixel's shuffle takes a stratum of its patch's order.
     #[inline(always)]
-    pub(super) fn place<L: Lanes>(&self, l: L, stratum: L::U, shuffle: &Shuffle<L>) -> L::U {
-        let mut x = self.permute(l, stratum, shuffle.key, shuffle.factor);
+    pub(super) fn place<L: Lanes>(&self, l: L, stratum: L::U, &[key, factor, shift]: &Shuffle<L>) -> L::U {
+        let mut x = self.permute(l, stratum, key, factor);
         if self.n <= self.mask {
             let mut outside = !x.lt(l.u(self.n));
             while outside.any() {
-                x = outside.select_u(self.permute(l, x, shuffle.key, shuffle.factor), x);
+                x = outside.select_u(self.permute(l, x, key, factor), x);
                 outside = !x.lt(l.u(self.n));
             }
         }
-        rotate(l, x, shuffle.shift, self.n)
+        rotate(l, x, shift, self.n)
     }
 
     /// Position i, with its bits in reverse order, of a power of two of strata: i, i + 1, ... are as far apart as can be.
@@ -55,15 +55,15 @@ impl Strata {
     /// Where a pixel's nested shuffle takes a stratum: each bit is flipped or not, depending on those above it, so that
     /// strata far apart stay so.
     #[inline(always)]
-    pub(super) fn place_nested<L: Lanes>(&self, l: L, stratum: L::U, shuffle: &Shuffle<L>) -> L::U {
-        let x = (stratum ^ shuffle.key) & l.u(self.mask);
-        x ^ ((x >> 1) & shuffle.factor)
+    pub(super) fn place_nested<L: Lanes>(&self, l: L, stratum: L::U, &[key, factor, _]: &Shuffle<L>) -> L::U {
+        let x = (stratum ^ key) & l.u(self.mask);
+        x ^ ((x >> 1) & factor)
     }
 }
 
 /// `x + shift` modulo n, for numbers below n.
 #[inline(always)]
-pub(super) fn rotate<L: Lanes>(l: L, x: L::U, shift: L::U, n: u32) -> L::U {
+fn rotate<L: Lanes>(l: L, x: L::U, shift: L::U, n: u32) -> L::U {
     let (x, limit) = (x + shift, l.u(n));
     x.lt(limit).select_u(x, x - limit)
 }
@@ -71,20 +71,13 @@ pub(super) fn rotate<L: Lanes>(l: L, x: L::U, shift: L::U, n: u32) -> L::U {
 /// How a pixel shuffles the strata, which its patch visits in an order that all its pixels have in common. The order
 /// is random, the shuffle a single round: enough to make neighbours nearly independent of each other, so that the noise
 /// of all patches is alike. The rotation is uniform, so that every pixel is in every stratum with equal probability at
-/// every sample.
-#[derive(Clone, Copy)]
-pub(super) struct Shuffle<L: Lanes> {
-    pub(super) key: L::U,
-    /// Odd, if it is not nested.
-    pub(super) factor: L::U,
-    /// 0 to n - 1.
-    pub(super) shift: L::U,
-}
+/// every sample. These are the key, the factor (odd, if it is not nested) and the rotation (0 to n - 1).
+pub(super) type Shuffle<L> = [<L as Lanes>::U; 3];
 
 /// The nested shuffle that the random bits of `key` name.
 #[inline(always)]
 pub(super) fn nested<L: Lanes>(l: L, key: L::U) -> Shuffle<L> {
-    Shuffle { key, factor: mix_on(l, key) >> 16, shift: l.u(0) }
+    [key, mix_on(l, key) >> 16, l.u(0)]
 }
 
 /// A permutation of the strata: the order in which the pixels of a patch visit them in one dimension and one round.

@@ -15,8 +15,9 @@ fn numbers(settings: &SamplerSettings, strategy: Strategy, key: u32, index: u32)
     let mut numbers = sampler.nothing(Single);
     let mut pixels = Pixels::new(Single, Wrapping(key));
     sampler.turn(Single, &mut pixels);
-    numbers.set_technique(sampler.technique(Single, 0, &pixels));
-    sampler.draw(Single, Which { sample: 0, next: false }, &pixels, PerTechnique::BOTH, &mut numbers);
+    let sample = sampler.sample(Single, Which { sample: 0, next: false }, &pixels);
+    numbers.set_technique(sample.technique());
+    sample.draw(PerTechnique::BOTH, &mut numbers);
     numbers
 }
 
@@ -37,8 +38,9 @@ fn permute_is_a_permutation() {
 #[test]
 fn sobol_pairs_are_a_net() {
     // Every 2^k successive points, aligned, put one into each elementary interval.
-    let settings = SamplerSettings { kind: SamplerKind::Sobol, strata: [1, 1], jitter: true };
     for pixel in 0..8 {
+        let kind = if pixel % 2 == 0 { SamplerKind::Sobol } else { SamplerKind::PaddedSobol };
+        let settings = SamplerSettings { kind, strata: [1, 1], jitter: true };
         for k in [4u32, 6, 8] {
             for a in 0..=k {
                 let mut seen = vec![0; 1 << k];
@@ -57,7 +59,7 @@ fn sobol_pairs_are_a_net() {
 
 #[test]
 fn stratified_fills_every_stratum_once() {
-    let settings = SamplerSettings { kind: SamplerKind::Stratified, strata: [6, 6], jitter: true };
+    let settings = SamplerSettings { kind: SamplerKind::PaddedStratified, strata: [6, 6], jitter: true };
     for round in 0..3 {
         let mut seen = [0; 36];
         for i in 0..36 {

@@ -12,7 +12,7 @@ use crate::film::{Rest, Sample, Tile};
 use crate::geometry::grid::{BLOCK, PATCH};
 use crate::lanes::{Lanes, Lanewise, Mask, PACKET, Uint};
 use crate::request::{Estimator, Settings, Strategy};
-use crate::sampler::{Dimension, Numbers, Pixels, Sampler, patch_key, pixel_keys};
+use crate::sampler::{Dimension, Numbers, Pixels, Sampler, Which, patch_key, pixel_keys};
 use crate::stop::{Stop, Stopped};
 use crate::world::{BuiltScene, View};
 use turns::Turns;
@@ -45,89 +45,78 @@ impl Job<'_> {
     /// Does it in lanes, by a strategy that is known when this is compiled: what it does not do then costs nothing.
     #[inline(always)]
     fn run<L: Lanes>(self, l: L, strategy: Strategy) -> Result<u64, Stopped> {
-        let settings =
-            Settings { estimator: Estimator { strategy, ..self.settings.estimator }, ..self.settings.clone() };
-        add_samples(l, self.scene, &settings, self.tile, self.count, self.stop)
-    }
-}
-
-#[inline(always)]
-fn add_samples<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    settings: &Settings,
-    tile: &mut Tile,
-    count: u32,
-    stop: Stop<'_>,
-) -> Result<u64, Stopped> {
-    let mut invalid = 0;
-    let wanted = Dimension::wanted(settings.estimator.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
-    let mut sampler = Sampler::new(&settings.sampling.sampler, wanted);
-    let one_sample = settings.estimator.strategy == Strategy::Mis;
-    let mut random = sampler.nothing(l);
-    let packet = Packet { place: (0, 0), corner: [l.f(0.0); 2], pixels: Pixels::new(l, l.u(0)) };
-    let mut packets = vec![packet; (PATCH[0] * PATCH[1]) as usize * PACKET / L::N];
-    let last = tile.samples + count;
-    while tile.samples < last {
-        let run = sampler.start(tile.samples, last - tile.samples);
-        for [min, max] in tile.patches() {
-            stop.check()?;
-            let near = scene.culled(tile.corner_at(min));
-            let view = View { l, scene, culled: &near };
-            sampler.enter(l, patch_key(settings.sampling.seed, tile.corner_at(min)));
-            let mut used = 0;
-            for row in min[1]..max[1] {
-                for column in min[0]..max[0] {
-                    let [x0, y0] = tile.corner_at([column, row]);
-                    let mut lane = 0;
-                    while lane < PACKET {
-                        let pixel = l.iota() + l.u(lane as u32);
-                        let x = (pixel & l.u(BLOCK[0] - 1)) + l.u(x0);
-                        let y = (pixel >> BLOCK[0].trailing_zeros()) + l.u(y0);
-                        let packet = &mut packets[used];
-                        packet.place = (tile.block_index([column, row]), lane);
-                        packet.corner = [x.to_real(), y.to_real()];
-                        packet.pixels.change(pixel_keys(l, settings.sampling.seed, x, y));
-                        sampler.turn(l, &mut packet.pixels);
-                        used += 1;
-                        lane += L::N;
+        let Self { scene, settings, tile, count, stop } = self;
+        let (estimator, sampling) = (Estimator { strategy, ..settings.estimator }, settings.sampling);
+        let mut invalid = 0;
+        let wanted = Dimension::wanted(strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
+        let mut sampler = Sampler::new(&sampling.sampler, wanted);
+        let one_sample = strategy == Strategy::Mis;
+        let mut random = sampler.nothing(l);
+        let packet = Packet { place: (0, 0), corner: [l.f(0.0); 2], pixels: Pixels::new(l, l.u(0)) };
+        let mut packets = vec![packet; (PATCH[0] * PATCH[1]) as usize * PACKET / L::N];
+        let last = tile.samples + count;
+        while tile.samples < last {
+            let run = sampler.start(tile.samples, last - tile.samples);
+            for [min, max] in tile.patches() {
+                stop.check()?;
+                let near = scene.culled(tile.corner_at(min));
+                let view = View { l, scene, culled: &near };
+                sampler.enter(l, patch_key(sampling.seed, tile.corner_at(min)));
+                let mut used = 0;
+                for row in min[1]..max[1] {
+                    for column in min[0]..max[0] {
+                        let [x0, y0] = tile.corner_at([column, row]);
+                        let mut lane = 0;
+                        while lane < PACKET {
+                            let pixel = l.iota() + l.u(lane as u32);
+                            let x = (pixel & l.u(BLOCK[0] - 1)) + l.u(x0);
+                            let y = (pixel >> BLOCK[0].trailing_zeros()) + l.u(y0);
+                            let packet = &mut packets[used];
+                            packet.place = (tile.block_index([column, row]), lane);
+                            packet.corner = [x.to_real(), y.to_real()];
+                            packet.pixels.change(pixel_keys(l, sampling.seed, x, y));
+                            sampler.turn(l, &mut packet.pixels);
+                            used += 1;
+                            lane += L::N;
+                        }
                     }
                 }
-            }
-            let mut i = 0;
-            while i < run {
-                let index = tile.samples + i;
-                // Always the same pairs, wherever runs begin.
-                let pair = one_sample && index.is_multiple_of(2) && i + 1 < run;
-                for packet in &packets[..used] {
-                    let mut turns = Turns::new(l, settings, &sampler, &packet.pixels, i as usize, pair);
-                    let mut waiting = Rest::nothing(l);
-                    loop {
-                        let (which, drawn) = turns.next(&mut random);
-                        sampler.draw(l, which, &packet.pixels, drawn, &mut random);
-                        let sample = sample(view, &settings.estimator, packet.corner, &random);
-                        let rest = tile.add(l, packet.place, index + turns.done, &sample);
-                        turns.done += 1;
-                        if !pair {
-                            invalid += u64::from(tile.finish(l, packet.place, index, &rest));
-                            break;
+                let mut i = 0;
+                while i < run {
+                    let index = tile.samples + i;
+                    // Always the same pairs, wherever runs begin.
+                    let pair = one_sample && index.is_multiple_of(2) && i + 1 < run;
+                    for packet in &packets[..used] {
+                        let first = Which { sample: i as usize, next: l.m(false) };
+                        let mut turns = Turns::new(&estimator, sampler.sample(l, first, &packet.pixels), pair);
+                        let mut waiting = Rest::nothing(l);
+                        loop {
+                            let (which, drawn) = turns.next(&mut random);
+                            sampler.sample(l, which, &packet.pixels).draw(drawn, &mut random);
+                            let sample = sample(view, &estimator, packet.corner, &random);
+                            let rest = tile.add(l, packet.place, index + turns.done, &sample);
+                            turns.done += 1;
+                            if !pair {
+                                invalid += u64::from(tile.finish(l, packet.place, index, &rest));
+                                break;
+                            }
+                            if turns.done == 2 {
+                                let first = Rest::select(turns.swapped, &rest, &waiting);
+                                let second = Rest::select(turns.swapped, &waiting, &rest);
+                                invalid += u64::from(tile.finish(l, packet.place, index, &first));
+                                invalid += u64::from(tile.finish(l, packet.place, index + 1, &second));
+                                break;
+                            }
+                            waiting = rest;
                         }
-                        if turns.done == 2 {
-                            let first = Rest::select(turns.swapped, &rest, &waiting);
-                            let second = Rest::select(turns.swapped, &waiting, &rest);
-                            invalid += u64::from(tile.finish(l, packet.place, index, &first));
-                            invalid += u64::from(tile.finish(l, packet.place, index + 1, &second));
-                            break;
-                        }
-                        waiting = rest;
                     }
+                    i += if pair { 2 } else { 1 };
                 }
-                i += if pair { 2 } else { 1 };
             }
+            tile.samples += run;
         }
-        tile.samples += run;
+        Ok(invalid)
     }
-    Ok(invalid)
 }
 
 /// Pixels of a patch that are worked on at once.

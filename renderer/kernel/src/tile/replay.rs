@@ -113,10 +113,11 @@ impl Task for ReplaySample<'_> {
         let mut pixels = Pixels::new(l, pixel_keys(l, settings.sampling.seed, columns, rows));
         sampler.turn(l, &mut pixels);
         let mut random = sampler.nothing(l);
+        let sample = sampler.sample(l, Which { sample: 0, next: l.m(false) }, &pixels);
         if settings.estimator.strategy == Strategy::Mis {
-            random.set_technique(sampler.technique(l, 0, &pixels));
+            random.set_technique(sample.technique());
         }
-        sampler.draw(l, Which { sample: 0, next: l.m(false) }, &pixels, PerTechnique::BOTH, &mut random);
+        sample.draw(PerTechnique::BOTH, &mut random);
         let technique = number(&random, &wanted, Dimension::Technique, lane);
         let (first_by_light, random) = match settings.estimator.strategy {
             Strategy::Light | Strategy::MisAll => (l.m(true), random),

@@ -2,8 +2,8 @@
 
 use crate::estimator::drawn_by_light;
 use crate::lanes::{Lanes, Mask};
-use crate::request::{PerTechnique, Settings, Strategy};
-use crate::sampler::{Numbers, Pixels, Sampler, Which};
+use crate::request::{Estimator, PerTechnique, Strategy};
+use crate::sampler::{Drawing, Numbers, Which};
 
 /// In which order a packet takes one or two successive samples. In the one-sample model a pair usually has one sample
 /// of either technique, but not the same one first in every pixel. There the light sample comes first: then all lanes
@@ -23,22 +23,16 @@ pub(super) struct Turns<L: Lanes> {
 }
 
 impl<L: Lanes> Turns<L> {
+    /// Of a sample and, in a `pair`, the one after it.
     #[inline(always)]
-    pub(super) fn new(
-        l: L,
-        settings: &Settings,
-        sampler: &Sampler,
-        pixels: &Pixels<L>,
-        sample: usize,
-        pair: bool,
-    ) -> Self {
-        let draws = settings.estimator.strategy.draws();
-        let mut turns = Self { sample, swapped: l.m(false), technique: None, draws, done: 0 };
-        if settings.estimator.strategy == Strategy::Mis {
-            let first = sampler.technique(l, sample, pixels);
-            let second = if pair { sampler.technique(l, sample + 1, pixels) } else { first };
-            let by_light =
-                [drawn_by_light(l, &settings.estimator, first), drawn_by_light(l, &settings.estimator, second)];
+    pub(super) fn new(estimator: &Estimator, sample: Drawing<'_, L>, pair: bool) -> Self {
+        let Drawing { l, which, .. } = sample;
+        let draws = estimator.strategy.draws();
+        let mut turns = Self { sample: which.sample, swapped: l.m(false), technique: None, draws, done: 0 };
+        if estimator.strategy == Strategy::Mis {
+            let first = sample.technique();
+            let second = if pair { sample.following().technique() } else { first };
+            let by_light = [drawn_by_light(l, estimator, first), drawn_by_light(l, estimator, second)];
             turns.swapped = !by_light[0] & by_light[1];
             turns.technique = Some([(first, by_light[0]), (second, by_light[1])]);
         }
