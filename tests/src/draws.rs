@@ -3,7 +3,7 @@
 use mislab_kernel::lanes::Lanes;
 use mislab_kernel::request::PerTechnique;
 use mislab_kernel::sampler::{Dimension, Numbers, Pixels, Sampler, Which};
-use mislab_renderer::SamplerSettings;
+use mislab_renderer::{SamplerSettings, Settings};
 
 /// A sampler and the pixels it is for.
 pub struct Draws<L: Lanes> {
@@ -20,6 +20,12 @@ impl<L: Lanes> Draws<L> {
     pub fn new(l: L, settings: &SamplerSettings, wanted: [bool; Dimension::ALL.len()]) -> Self {
         let techniques = wanted[Dimension::Technique as usize];
         Self { l, sampler: Sampler::new(settings, wanted), pixels: Pixels::new(l, l.u(0)), patch: 0, techniques }
+    }
+
+    /// For what the strategy asks for, where there are several lights and surfaces of two lobes.
+    #[inline(always)]
+    pub fn of(l: L, settings: &Settings) -> Self {
+        Self::new(l, &settings.sampling.sampler, Dimension::wanted(settings.estimator.strategy, true, true))
     }
 
     /// Turns to the pixels with these keys (`pixel_keys`), in the patch with this one (`patch_key`).

@@ -2,7 +2,8 @@
 
 use std::cell::Cell;
 
-use eframe::egui::{self, ComboBox, DragValue, Ui};
+use eframe::egui::{self, ComboBox, DragValue, RichText, Sense, StrokeKind, Ui, Vec2, vec2};
+use mislab_renderer::inspect::points;
 use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, SamplerKind, SamplerSettings, Sampling, Strategy};
 
 use crate::look::names::{heuristic_name, sampler_name, weights_name};
@@ -41,7 +42,8 @@ pub fn samples_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
     let samplers = SamplerKind::ALL.map(|s| (s, sampler_name(s)));
     // Two rows: those with a number for each choice, those with one for all.
     for row in samplers.chunk_by(|(a, _), (b, _)| a.is_nested() == b.is_nested()) {
-        let picked = segmented(ui, "Sampler", sampling.sampler.kind, row, made, &sampler_hint);
+        let picked =
+            segmented(ui, "Sampler", sampling.sampler.kind, row, made, &|ui, kind| sampler_hint(ui, kind, sampling));
         out.extend(picked.map(|kind| Edit::SetSampler(kind).into()));
     }
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
@@ -201,7 +203,8 @@ fn weights_hint(ui: &mut Ui, weights: OneSampleWeights) {
     hint::lines(ui, what, &[&format!("In a scene file: \"string weights\" [\"{}\"]", weights.name())]);
 }
 
-fn sampler_hint(ui: &mut Ui, kind: SamplerKind) {
+/// What a sampler is, with the points of a pixel.
+fn sampler_hint(ui: &mut Ui, kind: SamplerKind, sampling: &Sampling) {
     let (what, file) = match kind {
         SamplerKind::Stratified => (
             "One sample in each cell of a grid, and one in each row and column of a grid as fine as there are samples. One \
@@ -228,6 +231,27 @@ fn sampler_hint(ui: &mut Ui, kind: SamplerKind) {
             ("Owen-scrambled Sobol points, but technique and light have numbers of their own. Noisier.", "padded_sobol")
         }
     };
+    let count = sampling.spp.map_or(SHOWN, |spp| spp.get().clamp(1, SHOWN));
+    let strata =
+        if sampling.sampler.kind.has_strata() { sampling.sampler.strata } else { SamplerSettings::strata_for(count) };
+    let sampling = Sampling { sampler: SamplerSettings { kind, strata, ..sampling.sampler }, ..*sampling };
+    points_ui(ui, &points(&sampling, [0, 0], count));
     let remark = format!("In a scene file: Sampler \"{file}\"; on the command line: {}", kind.name());
     hint::lines(ui, what, &[&remark]);
+}
+
+/// Most points of a pixel that are shown.
+const SHOWN: u32 = 64;
+
+/// The points of a pixel in the unit square, u to the right and v up.
+fn points_ui(ui: &mut Ui, points: &[[f32; 2]]) {
+    let (rect, _) = ui.allocate_exact_size(Vec2::splat(144.0), Sense::hover());
+    let (frame, dot) = (ui.visuals().widgets.noninteractive.bg_stroke, ui.visuals().strong_text_color());
+    ui.painter().rect_stroke(rect, 0.0, frame, StrokeKind::Inside);
+    for [u, v] in points {
+        ui.painter().circle_filled(rect.lerp_inside(vec2(*u, 1.0 - *v)), 1.5, dot);
+    }
+    let caption =
+        format!("{} points (u, v) of the pixel (0, 0); u chooses the light as well where it is shared", points.len());
+    ui.label(RichText::new(caption).small());
 }

@@ -5,7 +5,7 @@
 //! [`Direction::weighted`] the weights of any estimator); [`Point::tabulate`] the same for all directions of all
 //! lights, from which [`Table::moments`] has mean and variance of any estimator *exactly*, that is by quadrature
 //! instead of sampling, and [`Table::best_c`] the c of least variance. [`replay()`] draws one sample of one pixel again, to
-//! the bit.
+//! the bit, and [`points`] shows the pattern that its samples follow.
 //!
 //! Nothing here is fast lane code, and no lanes show: floats in, floats out. Lengths are in scene units, densities per
 //! solid angle (1/sr), colours linear Rec. 709.
@@ -16,6 +16,7 @@ mod chart;
 mod direction;
 mod moments;
 mod node;
+mod pattern;
 mod point;
 mod quadrature;
 mod replay;
@@ -30,6 +31,7 @@ use mislab_kernel::lanes::{Single, V3};
 pub use mislab_kernel::request::Technique;
 pub use mislab_kernel::tile::replay::{Drawn, Ray, Replayed};
 pub use moments::{Moments, Sampled};
+pub use pattern::points;
 pub use point::{Inspector, Point, Seen};
 pub use quadrature::Accuracy;
 pub use replay::replay;

@@ -271,7 +271,7 @@ fn every_contribution_is_weight_times_integrand_over_density() {
                 wo: d(wo).normalize(),
             };
             for (i, settings) in settings.iter().enumerate() {
-                let mut sampler = Draws::new(Single, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
+                let mut sampler = Draws::of(Single, settings);
                 sampler.start(once::key(i as u32, x, y), once::patch(i as u32, x, y));
                 let random = once::draw(&mut sampler, 0);
                 let scene = &lists[i % 2];

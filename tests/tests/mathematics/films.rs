@@ -51,7 +51,7 @@ struct Sums {
 
 /// Adds up the first `spp` samples of a pixel, one after the other.
 fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> Sums {
-    let mut sampler = Draws::new(Single, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
+    let mut sampler = Draws::of(Single, settings);
     sampler.start(once::key(settings.sampling.seed, x, y), once::patch(settings.sampling.seed, x, y));
     let corner = [x / 8 * 8, y / 8 * 8];
     let near = scene.patches.cull(&scene.camera, corner, corner.map(|c| c + 8));

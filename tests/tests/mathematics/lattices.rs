@@ -9,6 +9,7 @@ use mislab_tests::draws::Draws;
 
 use crate::once;
 
+const SOBOL: SamplerSettings = SamplerSettings { kind: SamplerKind::Sobol, strata: [1, 1], jitter: true };
 const LATTICE: SamplerSettings = SamplerSettings { kind: SamplerKind::Lattice, strata: [1, 1], jitter: true };
 const SIX: [&str; 6] = ["pixel x", "pixel y", "light u", "light v", "BSDF u", "BSDF v"];
 const STRATA: [[u32; 2]; 12] =
@@ -218,7 +219,9 @@ fn choices_leave_the_place_in_their_part() {
 /// Of N = n m samples every light, technique and lobe gets its share, to one sample.
 #[test]
 fn choices_are_as_even_as_can_be() {
-    for (settings, count) in [(LATTICE, 64), (LATTICE, 1024), (strata([6, 6], true), 36), (strata([7, 5], true), 35)] {
+    for (settings, count) in
+        [(SOBOL, 64), (LATTICE, 64), (LATTICE, 1024), (strata([6, 6], true), 36), (strata([7, 5], true), 35)]
+    {
         for pixel in 0..20 {
             let mut sampler = at(&settings, Strategy::Mis, 6, pixel, 0);
             let drawn: Vec<_> = (0..count).map(|i| once::draw(&mut sampler, i)).collect();
@@ -271,7 +274,8 @@ fn test_pairs(family: &mut PValues, label: &str, mut draw: impl FnMut(u32) -> [N
 fn numbers_pixels_and_rounds_are_independent() {
     let mut family = PValues::new("pairs of numbers of lattices");
     let place = |i: u32| (2 * (i % 300), 2 * (i / 300));
-    let patterns = [LATTICE, strata([8, 8], true), strata([6, 6], true), strata([7, 5], true), strata([1, 9], true)];
+    let patterns =
+        [SOBOL, LATTICE, strata([8, 8], true), strata([6, 6], true), strata([7, 5], true), strata([1, 9], true)];
     for settings in patterns {
         let name = format!("{} {:?}", settings.kind.name(), settings.strata);
         let draw = |seed, x, y, index| once::draw(&mut at(&settings, Strategy::MisAll, seed, x, y), index);
@@ -290,13 +294,13 @@ fn numbers_pixels_and_rounds_are_independent() {
             test_pairs(&mut family, &format!("{name}, two rounds"), rounds, false);
         }
     }
-    family.judge(5 * (4 * 15 + 3 * 36) + 4 * 36);
+    family.judge(6 * (4 * 15 + 3 * 36) + 4 * 36);
 }
 
 /// So a picture of the one-sample model at c = 0 or 1 is the one of that technique.
 #[test]
 fn the_techniques_share_a_pattern_where_one_of_them_is_drawn() {
-    for settings in [LATTICE, strata([6, 6], true)] {
+    for settings in [SOBOL, LATTICE, strata([6, 6], true)] {
         for index in [0, 5, 50] {
             let draw = |strategy| once::draw(&mut at(&settings, strategy, 4, 3, 3), index);
             let (light, bsdf, all, mis) =

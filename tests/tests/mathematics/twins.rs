@@ -6,7 +6,7 @@ use mislab_kernel::estimator::{Contribution, Point, Reflected};
 use mislab_kernel::film::{Rest, Sample, Tile};
 use mislab_kernel::geometry::grid::BLOCK;
 use mislab_kernel::lanes::{Lanes, Mask, Real, Single, V3};
-use mislab_kernel::sampler::{Dimension, Numbers, pixel_keys};
+use mislab_kernel::sampler::{Numbers, pixel_keys};
 use mislab_kernel::world::culling::Culled;
 use mislab_kernel::world::{BuiltScene, View};
 use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
@@ -32,7 +32,7 @@ fn bits<L: Lanes>(r: &Reflected<L>, lane: usize) -> [([u32; 3], u32, bool); 2] {
 
 #[inline(never)]
 fn draw(settings: &Settings, keys: Integers, patch: u32, index: u32) -> Numbers<Two> {
-    let mut sampler = Draws::new(Two, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
+    let mut sampler = Draws::of(Two, settings);
     sampler.start(keys, patch);
     sampler.draw(index)
 }
@@ -87,7 +87,7 @@ fn samples_of_two_pixels() {
             let surface = Surface { material, ..hit.points };
             for (i, settings) in all.iter().enumerate() {
                 // Samplers in turn.
-                let kind = SamplerKind::ALL[i % 3];
+                let kind = SamplerKind::ALL[i % SamplerKind::ALL.len()];
                 let sampler = SamplerSettings { kind, strata: [2, 3], jitter: true };
                 let settings = &Settings { sampling: Sampling { sampler, ..settings.sampling }, ..settings.clone() };
                 let keys = [once::key(i as u32, x, y), once::key(i as u32, x + 1, y)];
@@ -99,7 +99,7 @@ fn samples_of_two_pixels() {
                 let alone = [0, 1].map(|lane| {
                     let (dir, hit) = &each[lane];
                     let surface = once::surface(&built, hit).expect("the surface scatters");
-                    let mut sampler = Draws::new(Single, &settings.sampling.sampler, [true; Dimension::ALL.len()]);
+                    let mut sampler = Draws::of(Single, settings);
                     sampler.start(keys[lane], patch);
                     let random = once::draw(&mut sampler, pixel);
                     once::reflected(&built, settings, &surface, -*dir, &random, &near)
