@@ -8,12 +8,16 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 const SILVER: f64 = std::f64::consts::SQRT_2 - 1.0;
 
 /// The golden permutation of n numbers: q goes to the rank of `q` times the golden section, modulo 1. Of more than
-/// [`SHORT`] it goes to `g q mod n` with g near the golden section of n, which needs no table.
+/// [`SHORT`] it goes to `g q mod n` with g near the golden section of n, which needs no table. Of six it goes where [`SIX`]
+/// says: the golden one takes 5 and 0, neighbours once slots are rotated, to 1 and 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Golden {
     ranks: [u32; SHORT],
     steps: Steps,
 }
+
+/// The one order of six numbers in a circle (but for its mirror images) in which no neighbours are neighbours in size.
+const SIX: [u32; 6] = [0, 2, 4, 1, 5, 3];
 
 impl Golden {
     pub(super) fn new(n: u32) -> Self {
@@ -21,6 +25,9 @@ impl Golden {
         let mut ranks = [0; SHORT];
         for (q, rank) in ranks.iter_mut().enumerate().take(n as usize) {
             *rank = (0..n.min(SHORT as u32)).filter(|&other| fraction(other) < fraction(q as u32)).count() as u32;
+        }
+        if n == 6 {
+            ranks[..6].copy_from_slice(&SIX);
         }
         Self { ranks, steps: Steps::new(GOLDEN, n) }
     }
