@@ -51,7 +51,7 @@ pub(super) fn drop_hidden(opaque: &mut Vec<Opaque>, lights: &[BuiltLight]) {
             LightShape::Facet(_) => None,
         })
         .collect();
-    opaque.retain(|shape| match shape.geometry {
+    opaque.retain(|opaque| match opaque.shape.geometry {
         scene::Geometry::Sphere { center, radius } => !balls.contains(&key(center, radius)),
         scene::Geometry::Mesh { .. } => true,
     });
