@@ -466,11 +466,11 @@ impl Builder {
         for (shape, at) in self.shapes.iter_mut().zip(&self.places) {
             enlarge(shape, &camera, *at, log);
         }
-        warn_of_twins(&self.shapes, &self.places, log);
         let (materials, index) = self.materials.finish();
         for shape in &mut self.shapes {
             shape.material = shape.material.and_then(|i| index[i]);
         }
+        warn_of_twins(&self.shapes, &materials, &self.places, log);
         Ok(SceneFile {
             scene: Scene { name, camera, materials, shapes: self.shapes },
             settings: self.settings,

@@ -10,6 +10,7 @@ mod names;
 mod outside;
 mod shapes;
 mod shipped;
+mod surfaces_in_one_place;
 mod transformations;
 mod tutorial;
 

@@ -20,6 +20,7 @@ use crate::request::{Invalid, Settings};
 use crate::stop::{Stop, Stopped};
 use camera::Pinhole;
 pub use check::check;
+use coincident::{Fronts, Shared};
 use culling::{Culled, Patches};
 pub use primitives::MAX_TRIANGLES;
 use primitives::Walk;
@@ -34,6 +35,10 @@ pub struct BuiltScene {
     pub geometry: Arc<BuiltGeometry>,
     /// What `geometry` was made from.
     opaque: Vec<Opaque>,
+    /// Which of it coincides.
+    shared: Arc<Shared>,
+    /// And which is in front there.
+    fronts: Fronts,
     /// Everything that emits.
     pub lights: Lights,
     /// Which of all these matter to a patch of the image.
@@ -153,6 +158,11 @@ impl BuiltScene {
             }
         };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
+        let same_places = |other: &&Arc<Self>| Arc::ptr_eq(&other.geometry, &geometry) && other.epsilon == epsilon;
+        let shared = match known.iter().find(same_places) {
+            Some(known) => known.shared.clone(),
+            None => Arc::new(Shared::find(&geometry, epsilon, stop)?),
+        };
         coincident::raise(&mut lights, &geometry, epsilon);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights = if all_outside(&geometry, &lights, epsilon) {
@@ -176,7 +186,9 @@ impl BuiltScene {
         };
         Ok(Self {
             camera,
-            patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
+            patches: Patches::new(&geometry, &lights, camera.origin, epsilon).with_contested(shared.primitives()),
+            fronts: Fronts::new(&shared, &geometry, &materials),
+            shared,
             culled,
             columns,
             geometry,
