@@ -47,19 +47,13 @@ impl Job<'_> {
     fn run<L: Lanes>(self, l: L, strategy: Strategy) -> Result<u64, Stopped> {
         let settings =
             Settings { estimator: Estimator { strategy, ..self.settings.estimator }, ..self.settings.clone() };
-        add_samples(l, self.scene, &settings, self.tile, self.count, self.stop)
+        add_samples(l, Job { settings: &settings, ..self })
     }
 }
 
 #[inline(always)]
-fn add_samples<L: Lanes>(
-    l: L,
-    scene: &BuiltScene,
-    settings: &Settings,
-    tile: &mut Tile,
-    count: u32,
-    stop: Stop<'_>,
-) -> Result<u64, Stopped> {
+fn add_samples<L: Lanes>(l: L, job: Job<'_>) -> Result<u64, Stopped> {
+    let Job { scene, settings, tile, count, stop } = job;
     let mut invalid = 0;
     let wanted = Dimension::wanted(settings.estimator.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
     let mut sampler = Sampler::new(&settings.sampling.sampler, wanted);
