@@ -13,6 +13,7 @@ mod shipped;
 mod surfaces_in_one_place;
 mod transformations;
 mod tutorial;
+mod two_integrators;
 
 use std::sync::Arc;
 

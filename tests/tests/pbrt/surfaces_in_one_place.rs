@@ -63,7 +63,7 @@ fn of_two_surfaces_in_one_place_the_one_that_reflects_more_is_seen() {
         }
     }
     // Of the same material there is nothing to decide.
-    assert_no_warnings(&scene(&format!("{}{}{ROOM}", ball(&red), ball(&red)), "mis_all"));
+    assert_no_warnings(&scene(&format!("{}{}{ROOM}", ball(DARK_GREY), ball(DARK_GREY)), "mis_all"));
 }
 
 #[test]
