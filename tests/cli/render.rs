@@ -98,7 +98,7 @@ fn standard_output_is_for_results_and_a_pipe_gets_no_bar() {
     ran.expect_code(0);
     assert_eq!(ran.out, "");
     assert_eq!(ran.err.lines().count(), 1, "only the summary: {}", ran.err);
-    ran.expect_err(&["veach_mis.exr: mis_all, 64 spp, ", "M paths in ", "Mpaths/s"]);
+    ran.expect_err(&["veach_mis.exr: mis_all, 64 spp, ", "24.6 k paths in ", "Mpaths/s"]);
     assert_eq!(place.files(), ["veach_mis.exr"], "the Film's filename");
     let quiet = place.run(&format!("{SMALL} --outfile quiet.exr"));
     assert_eq!((quiet.out.as_str(), quiet.err.as_str()), ("", ""));
