@@ -351,7 +351,7 @@ impl MisLabApp {
         }
         self.lab.match_slots();
         self.open_dropped(ctx);
-        self.look_after_files();
+        self.look_after_files(ctx);
         self.close_when_saved(ctx);
         self.keep_prefs(ctx);
         // A scale kept from a larger screen must not push the panels out of a smaller one.

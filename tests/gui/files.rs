@@ -242,15 +242,8 @@ fn closing_finishes_what_is_being_saved() {
 #[test]
 fn what_cannot_be_saved_is_said_with_a_way_out_and_goes_with_its_cause() {
     let mut lab = Lab::new();
-    let type_into = |lab: &mut Lab, field: &str, text: &str| {
-        lab.harness.get_by_label(field).focus();
-        lab.harness.run_steps(2);
-        lab.key(Modifiers::COMMAND, Key::A);
-        lab.harness.get_by_label(field).type_text(text);
-        lab.harness.run_steps(2);
-    };
     let folder = lab.file("not/yet").display().to_string();
-    type_into(&mut lab, "Snapshot folder", &folder);
+    lab.type_over("Snapshot folder", &folder);
     lab.apply(Command::Save);
     lab.until("the error", |lab| lab.has("was not saved"));
     assert!(lab.has("there is no folder") && !lab.has(".mislab-"));
@@ -259,13 +252,13 @@ fn what_cannot_be_saved_is_said_with_a_way_out_and_goes_with_its_cause() {
     lab.until("the end of the error", |lab| !lab.has("was not saved"));
     assert_eq!(lab.app().prefs().recent.first(), Some(&lab.file("not/yet/small_mis_all_4spp.exr")), "under Recent");
 
-    type_into(&mut lab, "Snapshot name", "../elsewhere");
+    lab.type_over("Snapshot name", "../elsewhere");
     assert!(lab.has("a name has no / in it"), "while it is typed");
     lab.apply(Command::Save);
     lab.harness.run_steps(2);
     assert!(lab.has("was not saved"));
     assert!(!lab.file("not/elsewhere.exr").exists(), "nothing leaves the folder");
-    type_into(&mut lab, "Snapshot name", "elsewhere");
+    lab.type_over("Snapshot name", "elsewhere");
     assert!(!lab.has("a name has no / in it") && !lab.has("was not saved"), "the error goes with its cause");
     lab.apply(Command::Save);
     lab.until("the file", |lab| lab.file("not/yet/elsewhere.exr").exists());

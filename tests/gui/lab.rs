@@ -74,7 +74,17 @@ impl Lab {
         self.harness.run_steps(45);
     }
 
-    /// Types into a field, as the keyboard does.
+    /// Types a text in place of what a field holds, as the keyboard does, and stays in the field.
+    #[track_caller]
+    pub fn type_over(&mut self, field: &str, text: &str) {
+        self.harness.get_by_label(field).focus();
+        self.harness.run_steps(2);
+        self.key(Modifiers::COMMAND, Key::A);
+        self.harness.event(egui::Event::Text(text.into()));
+        self.harness.run_steps(3);
+    }
+
+    /// Types into a number's field, as the keyboard does.
     #[track_caller]
     pub fn write_into(&mut self, label: &str, text: &str, then: Key) {
         self.harness.get_by_role_and_label(Role::SpinButton, label).focus();

@@ -34,12 +34,7 @@ fn a_wrong_name_moves_nothing() {
     let mut lab = Lab::with_size([1280.0, 720.0]);
     let places = |lab: &Lab| ["Snapshot folder", "Save snapshot"].map(|label| lab.rect(label));
     let before = places(&lab);
-    let field = lab.harness.get_by_label("Snapshot name");
-    field.focus();
-    lab.harness.run_steps(2);
-    lab.key(Modifiers::COMMAND, Key::A);
-    lab.harness.event(eframe::egui::Event::Text("a/b".into()));
-    lab.harness.run_steps(3);
+    lab.type_over("Snapshot name", "a/b");
     assert!(lab.has("a name has no / in it"));
     assert_eq!(places(&lab), before);
 }
@@ -54,12 +49,7 @@ fn what_went_wrong_stands_in_one_strip_and_goes_one_by_one() {
     assert!(lab.has("The picture is of the version before"));
     let alone = lab.harness.get_by_label("Close message").rect();
 
-    let field = lab.harness.get_by_label("Snapshot folder");
-    field.focus();
-    lab.harness.run_steps(2);
-    lab.key(Modifiers::COMMAND, Key::A);
-    lab.harness.event(eframe::egui::Event::Text("not_there".into()));
-    lab.harness.run_steps(3);
+    lab.type_over("Snapshot folder", "not_there");
     lab.apply(Command::Save);
     lab.until("the second error", |lab| lab.has("was not saved"));
     lab.harness.run_steps(3);
@@ -82,12 +72,7 @@ fn what_went_wrong_stands_in_one_strip_and_goes_one_by_one() {
 #[test]
 fn escape_puts_away_what_was_not_saved() {
     let mut lab = Lab::new();
-    let field = lab.harness.get_by_label("Snapshot name");
-    field.focus();
-    lab.harness.run_steps(2);
-    lab.key(Modifiers::COMMAND, Key::A);
-    lab.harness.event(eframe::egui::Event::Text("a/b".into()));
-    lab.harness.run_steps(3);
+    lab.type_over("Snapshot name", "a/b");
     lab.apply(Command::Save);
     lab.harness.run_steps(3);
     assert!(lab.has("a/b was not saved"));

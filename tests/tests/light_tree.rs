@@ -2,12 +2,10 @@
 //! level, however the lights lie and wherever a ray starts.
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::geometry::BuiltGeometry;
 use mislab_kernel::geometry::list::List;
 use mislab_kernel::lanes::{Lanes, Lanewise, PACKET, Real, Task, Uint};
 use mislab_kernel::light::{BuiltLight, LightShape, Lights};
 use mislab_kernel::stop::Stop;
-use mislab_kernel::world::culling::Patches;
 use mislab_tests::depth::depth;
 use mislab_tests::light_scenes::{ball, facet, random};
 use mislab_tests::packets::vector;
@@ -156,20 +154,9 @@ impl Task for Ask<'_> {
     }
 }
 
-fn no_list() -> List {
-    Patches::new(
-        &BuiltGeometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
-        &Lights::default(),
-        Vec3::ZERO,
-        0.0,
-    )
-    .everything()
-    .lights
-}
-
 #[test]
 fn the_tree_finds_what_asking_every_light_finds() {
-    let list = no_list();
+    let list = List::all(0);
     // By kind: rays that meet nothing, one light, several; and of facets edge-on, which differ.
     let mut count = [[0u32; 3]; KINDS.len()];
     let mut differ = [0u32; KINDS.len()];
@@ -213,7 +200,7 @@ fn the_tree_finds_what_asking_every_light_finds() {
 /// Whichever rays share a packet.
 #[test]
 fn lanes_do_not_know_of_each_other() {
-    let list = no_list();
+    let list = List::all(0);
     for seed in 100..107 {
         let kind = seed as usize % KINDS.len();
         let mut random = Random(seed, 0);
@@ -233,7 +220,7 @@ fn lanes_do_not_know_of_each_other() {
 /// Levels that fuse multiplications and additions agree to the bit.
 #[test]
 fn levels_agree() {
-    let list = no_list();
+    let list = List::all(0);
     for seed in 200..207 {
         let mut random = Random(seed, 0);
         let lights = heap(seed as usize % KINDS.len(), &mut random);

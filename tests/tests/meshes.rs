@@ -12,7 +12,6 @@ use mislab_kernel::lanes::{Lanes, Lanewise, Mask, PACKET, Real, Task, Uint};
 use mislab_kernel::stop::Stop;
 use mislab_kernel::tile::render_tile;
 use mislab_kernel::world::BuiltScene;
-use mislab_kernel::world::culling::Patches;
 use mislab_renderer::{Bsdf, Estimator, ImageSettings, Light, Material, PixelRect, Scene, Settings, Shape, Strategy};
 use mislab_tests::depth::depth;
 use mislab_tests::experiment::camera;
@@ -236,20 +235,9 @@ impl Task for AskAll<'_> {
     }
 }
 
-fn no_list() -> List {
-    Patches::new(
-        &BuiltGeometry::new(Vec::new(), Vec::new(), Stop::NEVER).expect("nobody stops it"),
-        &Default::default(),
-        Vec3::ZERO,
-        0.0,
-    )
-    .everything()
-    .surfaces
-}
-
 #[test]
 fn the_tree_finds_what_asking_every_primitive_finds() {
-    let list = no_list();
+    let list = List::all(0);
     let (mut hits, mut rays_asked, mut blocked) = (0, 0, 0);
     // Rays in planes that differ, at each level: in the heaps of steps to zero and in all others.
     let mut hairs = vec![[0; 2]; Lanewise::all().len()];
@@ -298,7 +286,7 @@ fn the_tree_finds_what_asking_every_primitive_finds() {
 
 #[test]
 fn a_ray_hits_the_same_alone_and_in_any_packet() {
-    let list = no_list();
+    let list = List::all(0);
     for seed in 0..depth(27, 1000) {
         let mut random = Random(1000 + seed);
         let kind = seed as usize % KINDS.len();

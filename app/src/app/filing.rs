@@ -1,6 +1,7 @@
 //! Files as the window sees them: taking over what was read, saving, closing when that is done.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use eframe::egui::{self, Context, ViewportCommand};
 
@@ -8,7 +9,7 @@ use super::MisLabApp;
 use crate::files::FileEvent;
 use crate::files::kept::Due;
 use crate::files::opening::{Reading, shipped};
-use crate::files::saving::{NotSaved, SaveJob, Saved};
+use crate::files::saving::{NotSaved, Obstacle, SaveJob, Saved};
 use crate::lab::Lab;
 use crate::panel::messages::{OpenError, SaveError};
 use crate::panel::open::{OpenSheet, Purpose};
@@ -100,7 +101,7 @@ impl MisLabApp {
         let Lab { document, prefs, files, messages, .. } = &mut self.lab;
         messages.forget_saved();
         if let Err(why) = file_name::check(&place.0) {
-            messages.save_error = Some(SaveError::new(place, why, false));
+            messages.save_error = Some(SaveError::new(place, why, Obstacle::Other));
             return;
         }
         messages.save_error = None;
@@ -168,8 +169,8 @@ impl MisLabApp {
                 messages.saved(text, path);
                 messages.save_error = None;
             }
-            FileEvent::NotSaved(NotSaved { name, folder, no_folder, message }) => {
-                messages.save_error = Some(SaveError::new((name, folder), message, no_folder));
+            FileEvent::NotSaved(NotSaved { name, folder, obstacle, message }) => {
+                messages.save_error = Some(SaveError::new((name, folder), message, obstacle));
                 // The reason is on screen, and so is the picture.
                 self.closing = false;
             }
@@ -208,7 +209,7 @@ impl MisLabApp {
     }
 
     /// Watches the file of the document, wherever that came from (undo goes back to another), or one that could not be opened.
-    pub(super) fn look_after_files(&mut self) {
+    pub(super) fn look_after_files(&mut self, ctx: &Context) {
         if self.lab.live().current_frame().is_some() {
             self.lab.messages.retract(NOT_YET);
         }
@@ -223,6 +224,8 @@ impl MisLabApp {
         }
         // With another name or folder, or once the folder is there, it is no longer true that it cannot be saved.
         if let Some(error) = &messages.save_error {
+            // Nothing else may happen in this window until then.
+            ctx.request_repaint_after(Duration::from_secs(1));
             let (name, folder) = &error.place;
             let moved = *folder != destination.folder(document);
             let renamed = match &destination.name {

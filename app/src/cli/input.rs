@@ -13,8 +13,8 @@ pub(super) struct Input {
     pub(super) scene: Arc<Scene>,
     pub(super) settings: Settings,
     film_filename: String,
-    /// The scene asks for another program's integrator.
-    foreign: bool,
+    /// The scene does not clearly ask for its strategy: for another program's integrator, or for two strategies.
+    doubtful: bool,
     /// The scene as the user named it, or "embedded".
     pub(super) source: String,
     warnings: Vec<Diagnostic>,
@@ -30,9 +30,17 @@ impl Input {
             Some(path) => pbrt::load(path)?,
             None => pbrt::embedded_scene(),
         };
-        let pbrt::SceneFile { scene, settings, film_filename, foreign_integrator, warnings, source } = file;
-        let foreign = foreign_integrator.is_some();
-        Ok(Self { scene: Arc::new(scene), settings, film_filename, foreign, source, warnings })
+        let pbrt::SceneFile {
+            scene,
+            settings,
+            film_filename,
+            foreign_integrator,
+            contradicts_itself,
+            warnings,
+            source,
+        } = file;
+        let doubtful = foreign_integrator.is_some() || contradicts_itself;
+        Ok(Self { scene: Arc::new(scene), settings, film_filename, doubtful, source, warnings })
     }
 
     /// The state a picture was saved in; its samples per pixel are those it had got.
@@ -44,7 +52,7 @@ impl Input {
             settings: request.settings,
             // Not the name of the picture itself, which may hold hours of work.
             film_filename: format!("{stem}_again.exr"),
-            foreign: false,
+            doubtful: false,
             source: path.display().to_string(),
             warnings: Vec::new(),
         })
@@ -53,7 +61,7 @@ impl Input {
     /// File to save a picture by `strategy` in, where the command line names none.
     pub(super) fn picture_name(&self, strategy: Strategy) -> String {
         // A file that is named for one strategy must not show another.
-        if self.foreign || strategy != self.settings.estimator.strategy {
+        if self.doubtful || strategy != self.settings.estimator.strategy {
             return pbrt::name_with_strategy(&self.film_filename, strategy);
         }
         self.film_filename.clone()

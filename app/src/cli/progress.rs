@@ -7,6 +7,8 @@ use mislab_renderer::Progress;
 use mislab_renderer::batch::Step;
 use mislab_renderer::table::TableProgress;
 
+use crate::panel::number::three_digits;
+
 /// Ticks of a whole bar: fine enough for any terminal.
 const TICKS: u64 = 10_000;
 
@@ -30,7 +32,7 @@ impl Bar {
             Some(target) => (format!(" of {target}"), f64::from(spp) / f64::from(target.max(1))),
             None => (String::new(), 0.0),
         };
-        self.show(fraction, elapsed, &format!("{spp}{of} spp, {rate:.0} Mpaths/s"));
+        self.show(fraction, elapsed, &format!("{spp}{of} spp, {} Mpaths/s", three_digits(rate)));
     }
 
     /// The table's progress.

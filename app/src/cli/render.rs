@@ -13,6 +13,7 @@ use super::failure::Failure;
 use super::input::Input;
 use super::output::{self, PictureFile};
 use super::progress::Bar;
+use crate::panel::number::{seconds, si, three_digits};
 
 /// `--quick`: width and height are divided by this (pbrt-v3: the same) ...
 const QUICK_SHRINK: u32 = 4;
@@ -193,13 +194,13 @@ impl Report {
 
     fn summary(&self) -> String {
         format!(
-            "{}: {}, {} spp, {:.1} M paths in {:.2} s, {:.0} Mpaths/s",
+            "{}: {}, {} spp, {} paths in {}, {} Mpaths/s",
             self.outfile,
             self.strategy,
             self.spp,
-            self.paths as f64 * 1e-6,
-            self.render_seconds,
-            self.mpaths_per_second
+            si(self.paths as f64),
+            seconds(self.render_seconds),
+            three_digits(self.mpaths_per_second)
         )
     }
 }

@@ -3,6 +3,7 @@
 pub mod kept;
 pub mod opening;
 pub mod queue;
+pub mod room;
 pub mod saving;
 pub mod showing;
 pub mod watching;

@@ -1,6 +1,7 @@
 //! Snapshots: an EXR under a name that is free, perhaps with a PNG beside it under the same name.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -47,10 +48,34 @@ pub struct NotSaved {
     pub name: String,
     /// The folder asked for.
     pub folder: PathBuf,
-    /// There is no such folder; it can be created.
-    pub no_folder: bool,
+    /// What is in the way.
+    pub obstacle: Obstacle,
     /// Why not.
     pub message: String,
+}
+
+/// What is in the way of a snapshot, as far as that can be helped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// There is no such folder; it can be created.
+    NoFolder,
+    /// The disk is full.
+    NoRoom {
+        /// What the files take.
+        bytes: u64,
+    },
+    /// Something else.
+    Other,
+}
+
+impl Obstacle {
+    /// Of files of so many bytes that could not be written.
+    fn to(bytes: u64, error: &Error) -> Self {
+        match error {
+            Error::Io { source, .. } if source.kind() == ErrorKind::StorageFull => Self::NoRoom { bytes },
+            Error::Io { .. } | Error::Scene(_) | Error::File { .. } | Error::Invalid(_) => Self::Other,
+        }
+    }
 }
 
 impl SaveJob {
@@ -60,21 +85,25 @@ impl SaveJob {
     /// If a file cannot be written.
     pub fn run(self) -> Result<Saved, NotSaved> {
         let (name, folder) = (self.name.clone(), self.folder.clone());
+        let not = |obstacle, message| NotSaved { name: name.clone(), folder: folder.clone(), obstacle, message };
         if self.create
             && let Err(error) = fs::create_dir_all(&folder)
         {
-            let message = format!("the folder cannot be created: {error}");
-            return Err(NotSaved { name, folder, no_folder: false, message });
+            return Err(not(Obstacle::Other, format!("the folder cannot be created: {error}")));
         }
         if !folder.exists() {
-            let message = format!("there is no folder {}", folder.display());
-            return Err(NotSaved { name, folder, no_folder: true, message });
+            return Err(not(Obstacle::NoFolder, format!("there is no folder {}", folder.display())));
         }
-        self.write().map_err(|error| NotSaved { name, folder, no_folder: false, message: super::short_message(&error) })
+        let (files, notice) = self.encode().map_err(|error| not(Obstacle::Other, super::short_message(&error)))?;
+        let bytes = files.iter().map(|(_, bytes)| bytes.len() as u64).sum();
+        let path = write_free(&folder, &name, &files)
+            .map_err(|error| not(Obstacle::to(bytes, &error), super::short_message(&error)))?;
+        Ok(Saved { path, png: files.len() > 1, notice })
     }
 
-    fn write(self) -> Result<Saved, Error> {
-        let Self { frame, view, dark, folder, create: _, name, png } = self;
+    /// The files by extension, and what is to be known about them.
+    fn encode(self) -> Result<(Vec<(&'static str, Vec<u8>)>, Option<String>), Error> {
+        let Self { frame, view, dark, png, folder: _, create: _, name: _ } = self;
         let options = SaveOptions { view: serde_json::to_string(&view).ok(), ..SaveOptions::default() };
         let png = png
             .then(|| {
@@ -88,9 +117,7 @@ impl SaveJob {
         let (exr, notice) = contents.encode(&options)?;
         let mut files = vec![("exr", exr)];
         files.extend(png.map(|bytes| ("png", bytes)));
-        let has_png = files.len() > 1;
-        let path = write_free(&folder, &name, &files)?;
-        Ok(Saved { path, png: has_png, notice })
+        Ok((files, notice))
     }
 }
 

@@ -269,7 +269,7 @@ const HINTS: [&str; 6] = [
     "How weights follow from the densities, and the probability c of a light sample.",
     "Samples per pixel. The tutorial: xsamples times ysamples.",
     "Second rays per pixel: \u{201c}MIS, both\u{201d} traces two a sample.",
-    "Camera rays of the whole picture; a path here has two segments.",
+    "Paths of the whole picture, of two segments each: as many as camera rays, in strategy 3 twice as many.",
     "Seconds spent rendering. The tutorial's Table 1: Time (secs).",
     "relMSE against the reference: the mean of (x - r)\u{b2} / (r\u{b2} + 0.01).",
 ];

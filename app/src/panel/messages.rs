@@ -8,6 +8,8 @@ use eframe::egui::{self, Align2, Area, CornerRadius, Id, Order, Rect, RichText, 
 use mislab_renderer::Diagnostic;
 
 use crate::files::opening::Unreadable;
+use crate::files::room::room;
+use crate::files::saving::Obstacle;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::widgets::caption;
 use crate::state::command::Command;
@@ -29,22 +31,33 @@ pub struct SaveError {
     pub place: (String, PathBuf),
     /// Why not.
     pub message: String,
-    /// The folder is missing, which can be helped.
-    pub no_folder: bool,
+    /// What is in the way.
+    pub obstacle: Obstacle,
     /// What the folder was like: `None` if it was not to be seen.
     access: Option<Permissions>,
 }
 
 impl SaveError {
     /// That `place` could not be written to just now.
-    pub fn new(place: (String, PathBuf), message: String, no_folder: bool) -> Self {
+    pub fn new(place: (String, PathBuf), message: String, obstacle: Obstacle) -> Self {
         let access = access(&place.1);
-        Self { place, message, no_folder, access }
+        let error = Self { place, message, obstacle, access };
+        // Of a disk that says to have room (a quota is used up, perhaps) nobody can tell when it has.
+        let obstacle = if error.has_room() { Obstacle::Other } else { obstacle };
+        Self { obstacle, ..error }
     }
 
-    /// The folder has come or goes by other permissions than at that time, so that it may work by now.
+    /// The folder has come or goes by other permissions than at that time, or its disk has room by now, so that it may work.
     pub fn may_be_over(&self) -> bool {
-        self.access != access(&self.place.1)
+        self.access != access(&self.place.1) || self.has_room()
+    }
+
+    /// There was no room, and there is.
+    fn has_room(&self) -> bool {
+        match self.obstacle {
+            Obstacle::NoRoom { bytes } => room(&self.place.1).is_some_and(|room| room > bytes),
+            Obstacle::NoFolder | Obstacle::Other => false,
+        }
     }
 }
 
@@ -160,10 +173,10 @@ fn entries(messages: &Messages, trouble: Trouble<'_>) -> Vec<Entry> {
         };
         Entry { headline, message: message.clone(), line: line.clone(), remark, ..Entry::new(Cause::Opening) }
     });
-    let saving = save_error.as_ref().map(|SaveError { place: (name, _), message, no_folder, access: _ }| Entry {
+    let saving = save_error.as_ref().map(|SaveError { place: (name, _), message, obstacle, access: _ }| Entry {
         headline: format!("{} was not saved", shortened(name, 28)),
         message: message.clone(),
-        remedy: no_folder.then_some("Create the folder and save"),
+        remedy: (*obstacle == Obstacle::NoFolder).then_some("Create the folder and save"),
         ..Entry::new(Cause::Saving)
     });
     let drawing = gpu_error.as_ref().map(|message| Entry {

@@ -152,13 +152,13 @@ fn making_fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
             format!("{} paths", si(stats.map_or(0.0, |s| s.paths as f64))),
             "88.8 M paths",
             5,
-            "Camera rays of the whole picture: pixels times samples per pixel.",
+            "Paths of the whole picture: pixels times samples per pixel, and twice as many in strategy 3.",
         ),
         Field::new(
             format!("{} Mpaths/s", three_digits(stats.map_or(0.0, |s| s.mpaths_per_second()))),
             "8888 Mpaths/s",
             7,
-            "Paths in a second, in millions. A path has two segments; strategy 3 draws two second ones.",
+            "Paths in a second, in millions. A path has two segments; strategy 3 draws two second ones, which are two paths.",
         ),
         Field::new(
             seconds(stats.map_or(0.0, |s| s.render_seconds)),

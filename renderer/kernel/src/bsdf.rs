@@ -8,7 +8,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use crate::lanes::{Lanes, Mask, Real, V3};
+use crate::lanes::{Lanes, Mask, Real, Single, V3};
 use crate::request::scene::{Bsdf, Reflectance};
 use crate::sampler::{Dimension, Numbers};
 use crate::warp;
@@ -76,6 +76,24 @@ impl BuiltMaterial {
     /// True for a diffuse and a specular lobe, of which a sample chooses one.
     pub fn has_two_lobes(&self) -> bool {
         self.has_diffuse && self.has_specular
+    }
+
+    /// What it reflects at normal incidence, per channel: `kd + ks F`.
+    pub fn at_normal_incidence(&self) -> Vec3 {
+        let V3 { x, y, z } = self.specular(Single, 4.0);
+        self.kd + Vec3::new(x, y, z)
+    }
+
+    /// All its numbers: kd, ks, alpha, the kind of Fresnel term, eta and k. Two materials with the same ones are the same.
+    pub fn numbers(&self) -> [f32; 14] {
+        let Self { kd, ks, alpha, fresnel, has_diffuse: _, has_specular: _ } = self;
+        let (kind, eta, k) = match *fresnel {
+            Fresnel::One => (0.0, Vec3::ZERO, Vec3::ZERO),
+            Fresnel::Dielectric => (1.0, Vec3::ZERO, Vec3::ZERO),
+            Fresnel::InsideDielectric => (2.0, Vec3::ZERO, Vec3::ZERO),
+            Fresnel::Conductor { eta, k } => (3.0, eta, k),
+        };
+        [kd.x, kd.y, kd.z, ks.x, ks.y, ks.z, *alpha, kind, eta.x, eta.y, eta.z, k.x, k.y, k.z]
     }
 
     /// False for a surface that scatters nothing.

@@ -90,10 +90,14 @@ pub(super) struct Builder {
     settings: Settings,
     film_filename: Option<String>,
     foreign_integrator: Option<String>,
+    /// The file asks for one strategy and then for another.
+    strategy_replaced: bool,
+    /// And for one Film and then for another.
+    film_replaced: bool,
     has_sampler: bool,
     has_integrator: bool,
     /// Where each of [`SETTINGS`] stands, for messages.
-    settings_at: HashMap<String, Pos>,
+    settings_at: HashMap<String, (Pos, String)>,
     camera: Option<Camera>,
     materials: Materials,
     shapes: Vec<Shape>,
@@ -118,6 +122,8 @@ impl Default for Builder {
             settings: Settings::default(),
             film_filename: None,
             foreign_integrator: None,
+            strategy_replaced: false,
+            film_replaced: false,
             has_sampler: false,
             has_integrator: false,
             settings_at: HashMap::new(),
@@ -161,14 +167,25 @@ impl Builder {
         let (kind, params) = named(d, log)?;
         // pbrt-v2 has another word for the same.
         let role = if name == "SurfaceIntegrator" { "Integrator" } else { name.as_str() };
-        if let Some(before) = self.settings_at.insert(role.to_owned(), at) {
-            let line = log.locate(before).line;
-            log.warn(
-                at,
-                format!("{name} once more, after that of line {line}; as in pbrt this one counts, as a whole"),
-            );
+        let before = self.settings_at.insert(role.to_owned(), (at, name.clone()));
+        let (strategy, foreign) = (self.settings.estimator.strategy, self.foreign_integrator.is_some());
+        self.header_directive(&name, &kind, params, at, log)?;
+        if let Some((place, other)) = before {
+            let line = log.locate(place).line;
+            let after = if other == name {
+                format!("once more, after that of line {line}")
+            } else {
+                format!("after the {other} of line {line}")
+            };
+            let chosen = self.settings.estimator.strategy;
+            let replaced = chosen != strategy && !foreign;
+            self.strategy_replaced |= replaced;
+            self.film_replaced |= role == "Film";
+            let so =
+                if replaced { format!(": by {}, not by {}", chosen.name(), strategy.name()) } else { String::new() };
+            log.warn(at, format!("{name} {after}; as in pbrt this one counts, as a whole{so}"));
         }
-        self.header_directive(&name, &kind, params, at, log)
+        Ok(())
     }
 
     /// Any other directive.
@@ -466,16 +483,17 @@ impl Builder {
         for (shape, at) in self.shapes.iter_mut().zip(&self.places) {
             enlarge(shape, &camera, *at, log);
         }
-        warn_of_twins(&self.shapes, &self.places, log);
         let (materials, index) = self.materials.finish();
         for shape in &mut self.shapes {
             shape.material = shape.material.and_then(|i| index[i]);
         }
+        warn_of_twins(&self.shapes, &materials, &self.places, log);
         Ok(SceneFile {
             scene: Scene { name, camera, materials, shapes: self.shapes },
             settings: self.settings,
             film_filename: self.film_filename.unwrap_or_else(|| "pbrt.exr".to_owned()),
             foreign_integrator: self.foreign_integrator,
+            contradicts_itself: self.strategy_replaced && !self.film_replaced,
             warnings: log.take_warnings(),
             source,
         })

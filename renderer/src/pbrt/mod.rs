@@ -53,6 +53,8 @@ pub struct SceneFile {
     pub film_filename: String,
     /// The file asks for this integrator of another program, in whose place one of the four strategies stands.
     pub foreign_integrator: Option<String>,
+    /// The file asks for one strategy and then for another, which counts, but has one Film, whose name may be meant for either.
+    pub contradicts_itself: bool,
     /// What was not understood or is not used, each said once, in the order of the file.
     pub warnings: Vec<Diagnostic>,
     /// The file as the user named it, or "embedded".
@@ -60,7 +62,7 @@ pub struct SceneFile {
 }
 
 /// A file name with the strategy in it, `a.exr` as `a_mis_all.exr`: for pictures of scenes that ask for another program's
-/// integrator ([`SceneFile::foreign_integrator`]), so that they are not taken for what they are not.
+/// integrator ([`SceneFile::foreign_integrator`]) or for two strategies ([`SceneFile::contradicts_itself`]), so that they are not taken for what they are not.
 pub fn name_with_strategy(filename: &str, strategy: Strategy) -> String {
     let (stem, extension) = filename.rfind('.').map_or((filename, ""), |dot| filename.split_at(dot));
     format!("{stem}_{}{extension}", strategy.name())

@@ -14,7 +14,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use mislab_kernel::request::scene::Scene;
 use mislab_kernel::request::{Request, Settings};
-use mislab_kernel::world::BuiltScene;
+use mislab_kernel::world;
 
 use super::{ChannelInfo, Image, MAX_IMAGE_BYTES, Part, Restored, Window, names};
 use crate::error::Error;
@@ -266,7 +266,7 @@ fn restore_from(path: &Path, header: &Header) -> Result<Restored, Error> {
     let invalid = |message: String| Error::file(path, format!("{}: {message}", names::SCENE));
     let scene: Scene = serde_json::from_str(scene).map_err(|e| invalid(e.to_string()))?;
     // The renderer is the judge of what can be rendered.
-    BuiltScene::new(&scene, &settings).map_err(|e| invalid(e.to_string()))?;
+    world::check(&scene, &settings).map_err(|e| invalid(e.to_string()))?;
     let spp = match attribute(names::SPP) {
         Some(AttributeValue::I32(spp)) if *spp > 0 => *spp as u32,
         _ => return Err(Error::file(path, format!("no valid {}, expected an integer above 0", names::SPP))),

@@ -6,7 +6,7 @@ use mislab_kernel::bsdf;
 use mislab_kernel::estimator::{Contribution, Reflected};
 use mislab_kernel::lanes::{Single, V3};
 use mislab_kernel::sampler::{Dimension, Numbers};
-use mislab_kernel::world::BuiltScene;
+use mislab_kernel::world::{BuiltScene, View};
 use mislab_renderer::{Bsdf, Estimator, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, mesh_lights, veach};
@@ -275,7 +275,8 @@ fn every_contribution_is_weight_times_integrand_over_density() {
                 sampler.start(once::key(i as u32, x, y), once::patch(i as u32, x, y));
                 let random = once::draw(&mut sampler, 0);
                 let scene = &lists[i % 2];
-                let found = once::reflected(scene, settings, &surface, wo, &random, &near[i % 2]);
+                let view = View { l: Single, scene, culled: &near[i % 2] };
+                let found = once::reflected(view, settings, &surface, wo, &random);
                 let what = || format!("{name}, pixel {x}, {y}, {settings:?}");
                 check(scene, settings, &surface, wo, &random, &place, &found, &mut tally, &what);
                 total += 1;

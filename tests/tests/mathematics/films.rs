@@ -10,7 +10,7 @@ use mislab_kernel::estimator::Contribution;
 use mislab_kernel::film::Tile;
 use mislab_kernel::lanes::{Lanewise, Single};
 use mislab_kernel::sampler::Dimension;
-use mislab_kernel::world::BuiltScene;
+use mislab_kernel::world::{BuiltScene, View};
 use mislab_renderer::{
     Bsdf, Channel, Estimator, Frame, ImageSettings, Material, Pace, Picture, PixelRect, Renderer, Request, SamplerKind,
     SamplerSettings, Sampling, Scene, Settings, State, Strategy, engine,
@@ -55,6 +55,7 @@ fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> 
     sampler.start(once::key(settings.sampling.seed, x, y), once::patch(settings.sampling.seed, x, y));
     let corner = [x / 8 * 8, y / 8 * 8];
     let near = scene.patches.cull(&scene.camera, corner, corner.map(|c| c + 8));
+    let view = View { l: Single, scene, culled: &near };
     let mut sums = Sums::default();
     for index in 0..spp {
         let random = once::draw(&mut sampler, index);
@@ -65,7 +66,7 @@ fn sums(scene: &BuiltScene, settings: &Settings, [x, y]: [u32; 2], spp: u32) -> 
             .surface
             .then(|| once::surface(scene, &hit))
             .flatten()
-            .map(|surface| once::reflected(scene, settings, &surface, -dir, &random, &near));
+            .map(|surface| once::reflected(view, settings, &surface, -dir, &random));
         let parts = reflected.map_or(DVec3::ZERO, |r| d(r.light.value) + d(r.bsdf.value));
         let y = LUMINANCE.dot(parts + d(hit.emitted));
         // What cannot be squared in single precision is left out.

@@ -4,10 +4,10 @@
 use mislab_kernel::lanes::Single;
 use mislab_kernel::sampler::{Dimension, Numbers};
 use mislab_renderer::{SamplerKind, SamplerSettings, Strategy};
-use mislab_tests::chi_square::{PValues, chi_square};
 use mislab_tests::draws::Draws;
 
 use crate::once;
+use crate::pairs::Pairs;
 
 const SOBOL: SamplerSettings = SamplerSettings { kind: SamplerKind::Sobol, strata: [1, 1], jitter: true };
 const LATTICE: SamplerSettings = SamplerSettings { kind: SamplerKind::Lattice, strata: [1, 1], jitter: true };
@@ -245,56 +245,31 @@ fn choices_are_as_even_as_can_be() {
     }
 }
 
-/// Cells per axis in tests of pairs of numbers.
-const CELLS: usize = 8;
-
-/// Adds tests that pairs of the first and the second six numbers are uniform over the square.
-fn test_pairs(family: &mut PValues, label: &str, mut draw: impl FnMut(u32) -> [Numbers<Single>; 2], same: bool) {
-    const COUNT: u32 = 12_000;
-    let mut tables = vec![[0u32; CELLS * CELLS]; 36];
-    for i in 0..COUNT {
-        let [a, b] = draw(i).map(|numbers| six(&numbers).map(|u| (u * CELLS as f64) as usize));
-        for (j, u) in a.into_iter().enumerate() {
-            for (k, v) in b.into_iter().enumerate() {
-                tables[6 * j + k][CELLS * u + v] += 1;
-            }
-        }
-    }
-    let expected = [f64::from(COUNT) / (CELLS * CELLS) as f64; CELLS * CELLS];
-    for j in 0..6 {
-        for k in if same { j + 1..6 } else { 0..6 } {
-            let outcome = chi_square(&tables[6 * j + k], &expected, 5.0);
-            family.test(format!("{label}: {} and {}", SIX[j], SIX[k]), outcome);
-        }
-    }
-}
-
 /// Each sample is uniform, its numbers know nothing of each other, nor of those of other pixels, seeds and rounds.
 #[test]
 fn numbers_pixels_and_rounds_are_independent() {
-    let mut family = PValues::new("pairs of numbers of lattices");
+    let mut pairs = Pairs::new("pairs of numbers of lattices", SIX);
     let place = |i: u32| (2 * (i % 300), 2 * (i / 300));
     let patterns =
         [SOBOL, LATTICE, strata([8, 8], true), strata([6, 6], true), strata([7, 5], true), strata([1, 9], true)];
     for settings in patterns {
         let name = format!("{} {:?}", settings.kind.name(), settings.strata);
-        let draw = |seed, x, y, index| once::draw(&mut at(&settings, Strategy::MisAll, seed, x, y), index);
+        let draw = |seed, x, y, index| six(&once::draw(&mut at(&settings, Strategy::MisAll, seed, x, y), index));
         for index in [0, 1, 7, 30] {
-            let one = |i| [draw(3, place(i).0, place(i).1, index); 2];
-            test_pairs(&mut family, &format!("{name}, sample {index}"), one, true);
+            pairs.of_one(&format!("{name}, sample {index}"), |i| draw(3, place(i).0, place(i).1, index));
         }
         let beside = |i| [0, 1].map(|k| draw(3, place(i).0 + k, place(i).1, 2));
-        test_pairs(&mut family, &format!("{name}, next to each other"), beside, false);
+        pairs.of_two(&format!("{name}, next to each other"), beside);
         let above = |i| [0, 1].map(|k| draw(3, place(i).0, place(i).1 + k, 2));
-        test_pairs(&mut family, &format!("{name}, above each other"), above, false);
-        test_pairs(&mut family, &format!("{name}, two seeds"), |i| [0, 1].map(|seed| draw(seed, i, 0, 2)), false);
+        pairs.of_two(&format!("{name}, above each other"), above);
+        pairs.of_two(&format!("{name}, two seeds"), |i| [0, 1].map(|seed| draw(seed, i, 0, 2)));
         if settings.kind == SamplerKind::Stratified {
             let n = settings.strata[0] * settings.strata[1];
             let rounds = |i: u32| [0, 1].map(|round| draw(3, i % 300, i / 300, 2 + round * n));
-            test_pairs(&mut family, &format!("{name}, two rounds"), rounds, false);
+            pairs.of_two(&format!("{name}, two rounds"), rounds);
         }
     }
-    family.judge(6 * (4 * 15 + 3 * 36) + 4 * 36);
+    pairs.judge(6 * (4 * 15 + 3 * 36) + 4 * 36);
 }
 
 /// So a picture of the one-sample model at c = 0 or 1 is the one of that technique.

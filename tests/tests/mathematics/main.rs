@@ -12,6 +12,7 @@ mod lattices;
 mod lights;
 mod numbers;
 mod once;
+mod pairs;
 mod surfaces;
 mod twins;
 mod warps;

@@ -13,6 +13,7 @@ use mislab_tests::pair::INDEPENDENT;
 use mislab_tests::statistics::z_limit;
 
 use crate::once;
+use crate::pairs::Pairs;
 
 const SOBOL: SamplerSettings = SamplerSettings { kind: SamplerKind::PaddedSobol, strata: [1, 1], jitter: true };
 const ALL: [bool; Dimension::ALL.len()] = [true; Dimension::ALL.len()];
@@ -328,81 +329,43 @@ fn numbers_of_a_pixel_seldom_agree() {
     }
 }
 
-/// Cells per axis in tests of pairs of numbers.
-const CELLS: usize = 8;
-
-/// Adds the tests that pairs of the first and the second nine numbers are uniform over the square; `each(i)` makes the
-/// i-th of both.
-fn test_pairs(
-    family: &mut PValues,
-    label: &str,
-    count: u32,
-    same: bool,
-    mut draw: impl FnMut(u32) -> [Numbers<Single>; 2],
-) {
-    let mut tables = vec![[0u32; CELLS * CELLS]; 81];
-    for i in 0..count {
-        let [a, b] = draw(i).map(|numbers| each(&numbers).map(|u| (u * CELLS as f64) as usize));
-        for (j, u) in a.into_iter().enumerate() {
-            for (k, v) in b.into_iter().enumerate() {
-                tables[9 * j + k][CELLS * u + v] += 1;
-            }
-        }
-    }
-    let expected = [f64::from(count) / (CELLS * CELLS) as f64; CELLS * CELLS];
-    for j in 0..9 {
-        // Of one sample, each pair once.
-        for k in if same { j + 1..9 } else { 0..9 } {
-            let outcome = chi_square(&tables[9 * j + k], &expected, 5.0);
-            family.test(format!("{label}: {} and {}", NAMES[j], NAMES[k]), outcome);
-        }
-    }
-}
-
 #[test]
 fn dimensions_pixels_and_samples_are_independent() {
-    let mut family = PValues::new("pairs of random numbers");
-    const COUNT: u32 = 12_000;
+    let mut pairs = Pairs::new("pairs of random numbers", NAMES);
     // Pixels all over the picture, in rows.
     let place = |i: u32| (2 * (i % 300), 2 * (i / 300));
     for settings in [INDEPENDENT, SOBOL, stratified([4, 3], true)] {
         let name = settings.kind.name();
+        let draw = |x: u32, y: u32, index: u32| each(&once::draw(&mut at(&settings, x, y), index));
         for index in [0, 7] {
-            test_pairs(&mut family, &format!("{name}, sample {index}"), COUNT, true, |i| {
-                let numbers = once::draw(&mut at(&settings, place(i).0, place(i).1), index);
-                [numbers; 2]
-            });
+            pairs.of_one(&format!("{name}, sample {index}"), |i| draw(place(i).0, place(i).1, index));
         }
-        test_pairs(&mut family, &format!("{name}, next to each other"), COUNT, false, |i| {
-            let (x, y) = place(i);
-            [once::draw(&mut at(&settings, x, y), 2), once::draw(&mut at(&settings, x + 1, y), 2)]
-        });
-        test_pairs(&mut family, &format!("{name}, above each other"), COUNT, false, |i| {
-            let (x, y) = place(i);
-            [once::draw(&mut at(&settings, x, y), 2), once::draw(&mut at(&settings, x, y + 1), 2)]
-        });
-        test_pairs(&mut family, &format!("{name}, two seeds"), COUNT, false, |i| {
+        let beside = |i| [0, 1].map(|k| draw(place(i).0 + k, place(i).1, 2));
+        pairs.of_two(&format!("{name}, next to each other"), beside);
+        let above = |i| [0, 1].map(|k| draw(place(i).0, place(i).1 + k, 2));
+        pairs.of_two(&format!("{name}, above each other"), above);
+        pairs.of_two(&format!("{name}, two seeds"), |i| {
             [0, 1].map(|seed| {
                 let mut sampler = Draws::new(Single, &settings, ALL);
                 sampler.start(once::key(seed, i, 0), once::patch(seed, i, 0));
-                once::draw(&mut sampler, 2)
+                each(&once::draw(&mut sampler, 2))
             })
         });
         // One round of strata and the next.
         let later = if settings.kind == SamplerKind::PaddedStratified { 12 } else { 1 };
         if settings.kind != SamplerKind::PaddedSobol {
-            test_pairs(&mut family, &format!("{name}, {later} samples later"), COUNT, false, |i| {
+            pairs.of_two(&format!("{name}, {later} samples later"), |i| {
                 let mut sampler = at(&settings, i % 300, i / 300);
-                [once::draw(&mut sampler, 2), once::draw(&mut sampler, 2 + later)]
+                [2, 2 + later].map(|index| each(&once::draw(&mut sampler, index)))
             });
         }
     }
     // Of one pixel, successive samples.
-    test_pairs(&mut family, "one pixel", COUNT, false, |i| {
+    pairs.of_two("one pixel", |i| {
         let mut sampler = at(&INDEPENDENT, 8, 8);
-        [once::draw(&mut sampler, i), once::draw(&mut sampler, i + 1)]
+        [i, i + 1].map(|index| each(&once::draw(&mut sampler, index)))
     });
-    family.judge(1188);
+    pairs.judge(1188);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 use mislab_kernel::bsdf::{self, BsdfValue, Surface};
 use mislab_kernel::estimator::{Point, Reflected};
-use mislab_kernel::lanes::{Single, V3, Wrapping};
+use mislab_kernel::lanes::{Lanes, Single, V3, Wrapping};
 use mislab_kernel::light::{Lights, Sight};
 use mislab_kernel::sampler::{Dimension, Numbers, patch_key, pixel_keys};
 use mislab_kernel::world::culling::Culled;
@@ -92,15 +92,13 @@ pub fn surface<'a>(scene: &'a BuiltScene, hit: &CameraHit<'a, Single>) -> Option
 }
 
 #[inline(never)]
-pub fn reflected(
-    scene: &BuiltScene,
+pub fn reflected<L: Lanes>(
+    view: View<'_, L>,
     settings: &Settings,
-    s: &Surface<'_, Single>,
-    wo: V3<Single>,
-    random: &Numbers<Single>,
-    near: &Culled,
-) -> Reflected<Single> {
-    let view = View { l: Single, scene, culled: near };
-    let at = Point { view, estimator: &settings.estimator, surface: *s, wo, here: true };
-    Reflected::none(Single).replaced(&at.reflected(random))
+    s: &Surface<'_, L>,
+    wo: V3<L>,
+    random: &Numbers<L>,
+) -> Reflected<L> {
+    let at = Point { view, estimator: &settings.estimator, surface: *s, wo, here: view.l.m(true) };
+    Reflected::none(view.l).replaced(&at.reflected(random))
 }

@@ -2,12 +2,11 @@
 //! lane see another.
 
 use mislab_kernel::bsdf::Surface;
-use mislab_kernel::estimator::{Contribution, Point, Reflected};
+use mislab_kernel::estimator::{Contribution, Reflected};
 use mislab_kernel::film::{Rest, Sample, Tile};
 use mislab_kernel::geometry::grid::BLOCK;
 use mislab_kernel::lanes::{Lanes, Mask, Real, Single, V3};
 use mislab_kernel::sampler::{Numbers, pixel_keys};
-use mislab_kernel::world::culling::Culled;
 use mislab_kernel::world::{BuiltScene, View};
 use mislab_renderer::{PixelRect, SamplerKind, SamplerSettings, Sampling, Settings, Strategy};
 use mislab_tests::draws::Draws;
@@ -37,20 +36,6 @@ fn draw(settings: &Settings, keys: Integers, patch: u32, index: u32) -> Numbers<
     sampler.draw(index)
 }
 
-#[inline(never)]
-fn reflected(
-    scene: &BuiltScene,
-    settings: &Settings,
-    s: &Surface<'_, Two>,
-    wo: V3<Two>,
-    random: &Numbers<Two>,
-    near: &Culled,
-) -> Reflected<Two> {
-    let view = View { l: Two, scene, culled: near };
-    let at = Point { view, estimator: &settings.estimator, surface: *s, wo, here: Truths([true; 2]) };
-    Reflected::none(Two).replaced(&at.reflected(random))
-}
-
 #[test]
 fn samples_of_two_pixels() {
     let all = all_settings();
@@ -64,7 +49,9 @@ fn samples_of_two_pixels() {
             let near = built.patches.cull(&built.camera, corner, corner.map(|c| c + 8));
             let x2 = Floats([x as f32 + 0.5, x as f32 + 1.5]);
             let dir = built.camera.direction(Two, x2, Floats([y as f32 + 0.5; 2]));
-            let hit = View { l: Two, scene: &built, culled: &near }.camera_hit(dir);
+            let view = View { l: Two, scene: &built, culled: &near };
+            let single = View { l: Single, scene: &built, culled: &near };
+            let hit = view.camera_hit(dir);
             let each = [0, 1].map(|lane| {
                 let dir = built.camera.direction(Single, x2.0[lane], y as f32 + 0.5);
                 (dir, once::camera_hit(&built, dir, &near))
@@ -95,14 +82,14 @@ fn samples_of_two_pixels() {
                 assert_eq!(wide.0, keys.map(|key| key.0), "keys");
                 let patch = once::patch(i as u32, x, y);
                 let random = draw(settings, wide, patch, pixel);
-                let found = reflected(&built, settings, &surface, -dir, &random, &near);
+                let found = once::reflected(view, settings, &surface, -dir, &random);
                 let alone = [0, 1].map(|lane| {
                     let (dir, hit) = &each[lane];
                     let surface = once::surface(&built, hit).expect("the surface scatters");
                     let mut sampler = Draws::of(Single, settings);
                     sampler.start(keys[lane], patch);
                     let random = once::draw(&mut sampler, pixel);
-                    once::reflected(&built, settings, &surface, -*dir, &random, &near)
+                    once::reflected(single, settings, &surface, -*dir, &random)
                 });
                 for (lane, alone) in alone.iter().enumerate() {
                     let what = || format!("{name}, pixel {x} + {lane}, {y}, {settings:?}");

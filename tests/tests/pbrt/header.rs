@@ -129,7 +129,13 @@ fn integrators() {
     assert_eq!((s.estimator.heuristic, s.estimator.weights), (Heuristic::Power, OneSampleWeights::Tutorial));
     // The last one wins, with everything it leaves out.
     let twice = "Integrator \"veachMIS\" \"string heuristic\" \"cutoff\"\nSurfaceIntegrator \"veachMIS\" \"string MISstrategy\" \"bsdf\"";
-    let s = assert_warning(&format!("{twice} Camera \"perspective\""), 2, 1, &["SurfaceIntegrator once more"]).settings;
+    let s = assert_warning(
+        &format!("{twice} Camera \"perspective\""),
+        2,
+        1,
+        &["SurfaceIntegrator after the Integrator of line 1", "this one counts"],
+    )
+    .settings;
     assert_eq!((s.estimator.strategy, s.estimator.heuristic), (Strategy::Bsdf, Heuristic::Balance));
     let file = parse("Integrator \"path\" \"integer maxdepth\" [5]\nCamera \"perspective\" WorldBegin WorldEnd");
     assert_eq!(file.settings.estimator.strategy, Strategy::MisAll);

@@ -10,8 +10,10 @@ mod names;
 mod outside;
 mod shapes;
 mod shipped;
+mod surfaces_in_one_place;
 mod transformations;
 mod tutorial;
+mod two_integrators;
 
 use std::sync::Arc;
 

@@ -122,12 +122,12 @@ fn material_names() {
     let file = parse(&world(
         "MakeNamedMaterial \"unused\" \"string type\" \"matte\"
          MakeNamedMaterial \"gloss\" \"string type\" \"mirror\"
-         NamedMaterial \"gloss\" Shape \"sphere\" Shape \"sphere\"
-         Material \"matte\" \"rgb Kd\" [0 1 0] Shape \"sphere\"
-         AttributeBegin Material \"matte\" \"rgb Kd\" [0 1 0] Shape \"sphere\" AttributeEnd
-         Material \"matte\" \"rgb Kd\" [0 0 1] Shape \"sphere\"
+         NamedMaterial \"gloss\" Shape \"sphere\" \"float radius\" 1 Shape \"sphere\" \"float radius\" 2
+         Material \"matte\" \"rgb Kd\" [0 1 0] Shape \"sphere\" \"float radius\" 3
+         AttributeBegin Material \"matte\" \"rgb Kd\" [0 1 0] Shape \"sphere\" \"float radius\" 4 AttributeEnd
+         Material \"matte\" \"rgb Kd\" [0 0 1] Shape \"sphere\" \"float radius\" 5
          MakeNamedMaterial \"gloss\" \"string type\" \"plastic\" \"bool pbrtfresnel\" false
-         NamedMaterial \"gloss\" Shape \"sphere\"",
+         NamedMaterial \"gloss\" Shape \"sphere\" \"float radius\" 6",
     ));
     let names: Vec<&str> = file.scene.materials.iter().map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["gloss", "material1", "material2", "gloss_2"]);

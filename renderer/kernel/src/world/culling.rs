@@ -72,6 +72,8 @@ pub struct Patches {
     lights_scatter: bool,
     /// See [`Lights::can_be_disjoint`].
     can_be_disjoint: bool,
+    /// Primitives of the geometry, as bits, of which another one may be seen in their place.
+    contested: u32,
     epsilon: f32,
 }
 
@@ -287,6 +289,7 @@ impl Patches {
             listed,
             lights_scatter: lights.list.iter().any(|light| light.material.scatters()),
             can_be_disjoint: lights.can_be_disjoint(),
+            contested: 0,
             epsilon,
         };
         if listed {
@@ -300,6 +303,13 @@ impl Patches {
             }
         }
         patches
+    }
+
+    /// The same where of these primitives others may be seen in their place: none of them covers a patch.
+    #[must_use]
+    pub fn with_contested(mut self, primitives: impl Iterator<Item = u32>) -> Self {
+        self.contested = primitives.filter(|id| (*id as usize) < MOST).fold(0, |bits, id| bits | 1 << id);
+        self
     }
 
     /// Narrows nothing down any more.
@@ -360,7 +370,7 @@ impl Patches {
         for (index, globe) in &self.ball_lights {
             lights |= u32::from(!beam.misses_globe(globe)) << index;
         }
-        let covered = lights == 0 && surfaces.count_ones() == 1 && front.is_some();
+        let covered = lights == 0 && surfaces.count_ones() == 1 && surfaces & self.contested == 0 && front.is_some();
         // Round surfaces are not worth the thought: anything may be in their way.
         let occluders = if surfaces == facets && (lights == 0 || !self.lights_scatter) {
             self.occluders(&beam, facets, &looks)

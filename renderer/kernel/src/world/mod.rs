@@ -1,8 +1,10 @@
 //! From a scene's parameters to the form that packets of rays work on.
 
 pub mod camera;
+mod check;
 mod coincident;
 pub mod culling;
+mod primitives;
 pub mod projection;
 mod view;
 
@@ -11,18 +13,18 @@ use std::sync::{Arc, OnceLock};
 use glam::{DVec3, Vec3};
 
 use crate::bsdf::BuiltMaterial;
-use crate::geometry::shape::{Ball, Facet};
 use crate::geometry::{BuiltGeometry, grid};
 use crate::light::{BuiltLight, LightShape, Lights};
 use crate::request::scene::{self, Scene};
 use crate::request::{Invalid, Settings};
 use crate::stop::{Stop, Stopped};
 use camera::Pinhole;
+pub use check::check;
+use coincident::{Fronts, Shared};
 use culling::{Culled, Patches};
+pub use primitives::MAX_TRIANGLES;
+use primitives::Walk;
 pub use view::{CameraHit, View};
-
-/// Most triangles of one scene, a guard against running out of memory.
-pub const MAX_TRIANGLES: usize = 50_000_000;
 
 /// A scene ready to be rendered at one resolution.
 #[derive(Debug)]
@@ -33,6 +35,10 @@ pub struct BuiltScene {
     pub geometry: Arc<BuiltGeometry>,
     /// What `geometry` was made from.
     opaque: Vec<Opaque>,
+    /// Which of it coincides.
+    shared: Arc<Shared>,
+    /// And which is in front there.
+    fronts: Fronts,
     /// Everything that emits.
     pub lights: Lights,
     /// Which of all these matter to a patch of the image.
@@ -55,16 +61,13 @@ pub struct BuiltScene {
 #[derive(Clone, Debug)]
 struct Opaque {
     index: usize,
-    reverse_orientation: bool,
-    geometry: scene::Geometry,
+    shape: scene::Shape,
 }
 
 impl Opaque {
     /// True if the same primitives come of both.
     fn is(&self, other: &Self) -> bool {
-        same_primitives(&self.geometry, &other.geometry)
-            && self.index == other.index
-            && self.reverse_orientation == other.reverse_orientation
+        self.index == other.index && same_primitives(&self.shape, &other.shape)
     }
 }
 
@@ -75,6 +78,16 @@ pub enum Unbuilt {
     Invalid(Invalid),
     /// Nobody wants it any more.
     Stopped,
+}
+
+impl Unbuilt {
+    /// Of work that nobody stops.
+    fn unstopped(self) -> Invalid {
+        match self {
+            Self::Invalid(invalid) => invalid,
+            Self::Stopped => unreachable!("nobody stops it"),
+        }
+    }
 }
 
 impl From<Invalid> for Unbuilt {
@@ -95,10 +108,7 @@ impl BuiltScene {
     /// # Errors
     /// [`Invalid`] names the shape or material whose numbers cannot be rendered.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, Invalid> {
-        Self::with_known(scene, settings, &[], Stop::NEVER).map_err(|unbuilt| match unbuilt {
-            Unbuilt::Invalid(invalid) => invalid,
-            Unbuilt::Stopped => unreachable!("nobody stops it"),
-        })
+        Self::with_known(scene, settings, &[], Stop::NEVER).map_err(Unbuilt::unstopped)
     }
 
     /// The same, with geometry shared with one of these if it has just the same shapes: the tree over a
@@ -113,50 +123,21 @@ impl BuiltScene {
         known: &[Arc<Self>],
         stop: Stop<'_>,
     ) -> Result<Self, Unbuilt> {
-        settings.check().map_err(Invalid)?;
-        let camera = Pinhole::new(&scene.camera, settings.image.resolution)?;
-        for material in &scene.materials {
-            check_material(material)?;
-        }
+        let camera = check::check_but_shapes(scene, settings)?;
+        let mut walk = Walk::new(stop);
         let (mut opaque, mut lights) = (Vec::new(), Vec::new());
         let mut materials = Vec::with_capacity(scene.shapes.len());
         for (index, shape) in scene.shapes.iter().enumerate() {
-            let material = match shape.material {
-                None => BuiltMaterial::BLACK,
-                Some(m) => BuiltMaterial::new(
-                    &scene
-                        .materials
-                        .get(m)
-                        .ok_or_else(|| {
-                            Invalid(format!(
-                                "shape {index} has material {m}, expected one of {}",
-                                scene.materials.len()
-                            ))
-                        })?
-                        .bsdf,
-                ),
-            };
+            let material = shape.material.and_then(|m| scene.materials.get(m));
+            let material = material.map_or(BuiltMaterial::BLACK, |material| BuiltMaterial::new(&material.bsdf));
             materials.push(material);
-            let emits = emission(shape);
-            if let Some(light) = emits
-                && !(light.radiance.is_finite() && light.radiance.min_element() >= 0.0)
-            {
-                let message = "expected finite numbers >= 0";
-                return Err(Invalid(format!("light {} has radiance {}, {message}", light.name, light.radiance)).into());
-            }
-            match emits {
+            match emission(shape) {
                 Some(light) => {
-                    let (facets, ball) = primitives(index, &shape.geometry, shape.reverse_orientation, stop)?;
-                    let shapes = facets.into_iter().map(LightShape::Facet).chain(ball.map(LightShape::Ball));
-                    lights.extend(shapes.map(|shape| BuiltLight { shape, radiance: light.radiance, material }));
+                    let radiance = light.radiance;
+                    walk.visit(index, shape, |shape| lights.push(BuiltLight { shape, radiance, material }))?;
                 }
-                None => opaque.push(Opaque {
-                    index,
-                    reverse_orientation: shape.reverse_orientation,
-                    geometry: shape.geometry.clone(),
-                }),
+                None => opaque.push(Opaque { index, shape: shape.clone() }),
             }
-            check_count(lights.len())?;
         }
         coincident::drop_dimmer(&mut lights, stop)?;
         coincident::drop_hidden(&mut opaque, &lights);
@@ -167,16 +148,21 @@ impl BuiltScene {
             Some(known) => known.geometry.clone(),
             None => {
                 let (mut facets, mut balls) = (Vec::new(), Vec::new());
-                for shape in &opaque {
-                    let (more, ball) = primitives(shape.index, &shape.geometry, shape.reverse_orientation, stop)?;
-                    facets.extend(more);
-                    balls.extend(ball);
-                    check_count(facets.len() + lights.len())?;
+                for Opaque { index, shape } in &opaque {
+                    walk.visit(*index, shape, |primitive| match primitive {
+                        LightShape::Facet(facet) => facets.push(facet),
+                        LightShape::Ball(ball) => balls.push(ball),
+                    })?;
                 }
                 Arc::new(BuiltGeometry::new(facets, balls, stop)?)
             }
         };
         let epsilon = ray_epsilon(&geometry, &lights, camera.origin);
+        let same_places = |other: &&Arc<Self>| Arc::ptr_eq(&other.geometry, &geometry) && other.epsilon == epsilon;
+        let shared = match known.iter().find(same_places) {
+            Some(known) => known.shared.clone(),
+            None => Arc::new(Shared::find(&geometry, epsilon, stop)?),
+        };
         coincident::raise(&mut lights, &geometry, epsilon);
         let lights_scatter = lights.iter().any(|l| l.material.scatters());
         let lights = if all_outside(&geometry, &lights, epsilon) {
@@ -200,7 +186,9 @@ impl BuiltScene {
         };
         Ok(Self {
             camera,
-            patches: Patches::new(&geometry, &lights, camera.origin, epsilon),
+            patches: Patches::new(&geometry, &lights, camera.origin, epsilon).with_contested(shared.primitives()),
+            fronts: Fronts::new(&shared, &geometry, &materials),
+            shared,
             culled,
             columns,
             geometry,
@@ -217,7 +205,7 @@ impl BuiltScene {
     pub fn same_geometry(a: &Scene, b: &Scene) -> bool {
         let alike = |(a, b): (&scene::Shape, &scene::Shape)| match (emission(a), emission(b)) {
             (Some(_), Some(_)) => true,
-            (None, None) => a.reverse_orientation == b.reverse_orientation && same_primitives(&a.geometry, &b.geometry),
+            (None, None) => same_primitives(a, b),
             (Some(_), None) | (None, Some(_)) => false,
         };
         a.shapes.len() == b.shapes.len() && a.shapes.iter().zip(&b.shapes).all(alike)
@@ -257,125 +245,17 @@ fn emission(shape: &scene::Shape) -> Option<&scene::Light> {
 
 /// True if the same primitives come of both. Meshes have to be the same object: to compare a million
 /// vertices would take as long as to look at them again.
-fn same_primitives(a: &scene::Geometry, b: &scene::Geometry) -> bool {
-    match (a, b) {
+fn same_primitives(a: &scene::Shape, b: &scene::Shape) -> bool {
+    let same_geometry = match (&a.geometry, &b.geometry) {
         (
             scene::Geometry::Mesh { positions: a, triangles: b },
             scene::Geometry::Mesh { positions: c, triangles: d },
         ) => Arc::ptr_eq(a, c) && Arc::ptr_eq(b, d),
-        (scene::Geometry::Sphere { .. }, scene::Geometry::Sphere { .. }) => a == b,
+        (a @ scene::Geometry::Sphere { .. }, b @ scene::Geometry::Sphere { .. }) => a == b,
         (scene::Geometry::Mesh { .. }, scene::Geometry::Sphere { .. })
         | (scene::Geometry::Sphere { .. }, scene::Geometry::Mesh { .. }) => false,
-    }
-}
-
-fn check_material(material: &scene::Material) -> Result<(), Invalid> {
-    let name = &material.name;
-    let check = |what: &str, v: Vec3, max: f32| {
-        if v.is_finite() && v.min_element() >= 0.0 && v.max_element() <= max {
-            Ok(())
-        } else {
-            Err(Invalid(format!("material {name}: {what} {v}, expected numbers in [0, {max}]")))
-        }
     };
-    if let Some(alpha) = material.bsdf.alpha()
-        && !(0.0..=1.0).contains(&alpha)
-    {
-        return Err(Invalid(format!("material {name}: roughness {alpha}, expected a number in [0, 1]")));
-    }
-    match &material.bsdf {
-        scene::Bsdf::Matte { kd } => check("diffuse reflectance", *kd, 1.0),
-        scene::Bsdf::Conductor { reflectance: scene::Reflectance::Constant(r), .. } => check("reflectance", *r, 1.0),
-        scene::Bsdf::Conductor { reflectance: scene::Reflectance::Fresnel { eta, k }, .. } => {
-            // Beyond, squares of squares overflow.
-            check("index eta", *eta, 1e9)?;
-            check("absorption k", *k, 1e9)
-        }
-        scene::Bsdf::Plastic { kd, ks, .. } => {
-            check("diffuse reflectance", *kd, 1.0)?;
-            check("specular reflectance", *ks, 1.0)
-        }
-    }
-}
-
-fn check_count(triangles: usize) -> Result<(), Invalid> {
-    if triangles > MAX_TRIANGLES {
-        return Err(Invalid(format!("more than {MAX_TRIANGLES} triangles, expected fewer")));
-    }
-    Ok(())
-}
-
-/// The primitives of shape `index`: facets of a mesh, or one sphere.
-fn primitives(
-    index: usize,
-    geometry: &scene::Geometry,
-    reverse: bool,
-    stop: Stop<'_>,
-) -> Result<(Vec<Facet>, Option<Ball>), Unbuilt> {
-    match geometry {
-        scene::Geometry::Sphere { center, radius } => {
-            if !(center.is_finite() && radius.is_finite() && *radius > 0.0 && radius * radius > 0.0) {
-                return Err(Invalid(format!(
-                    "shape {index}: sphere at {center} with radius {radius}, expected finite numbers and a radius > 0"
-                ))
-                .into());
-            }
-            let ball = Ball { center: *center, radius: *radius, inward: reverse, shape: index as u32 };
-            Ok((Vec::new(), Some(ball)))
-        }
-        scene::Geometry::Mesh { positions, triangles } => {
-            if let Some(p) = positions.iter().find(|p| !p.is_finite() || p.abs().max_element() > 1e15) {
-                return Err(Invalid(format!("shape {index}: vertex at {p}, expected numbers below 1e15")).into());
-            }
-            let corner = |i: u32| {
-                positions.get(i as usize).copied().ok_or_else(|| {
-                    Invalid(format!(
-                        "shape {index}: triangle refers to vertex {i}, expected one of {}",
-                        positions.len()
-                    ))
-                })
-            };
-            let mut facets = Vec::with_capacity(triangles.len());
-            let mut i = 0;
-            while i < triangles.len() {
-                stop.check_in_turn(facets.len())?;
-                let [a, b, c] = triangles[i];
-                let (pa, pb, pc) = (corner(a)?, corner(b)?, corner(c)?);
-                let quad = match triangles.get(i + 1) {
-                    Some(&next) => parallelogram(triangles[i], next, |i| corner(i).ok()),
-                    None => None,
-                };
-                // Triangles without area cannot be seen.
-                match quad {
-                    Some([p0, p1, p2]) => {
-                        facets.extend(Facet::new(p0, p1, p2, true, reverse, index as u32));
-                        i += 2;
-                    }
-                    None => {
-                        facets.extend(Facet::new(pa, pb, pc, false, reverse, index as u32));
-                        i += 1;
-                    }
-                }
-            }
-            Ok((facets, None))
-        }
-    }
-}
-
-/// Two triangles of the same winding that make up a parallelogram exactly: its corner and the
-/// corner's two neighbours. Halves the work on the usual rectangles; a light made of one counts
-/// as one light.
-fn parallelogram(a: [u32; 3], b: [u32; 3], corner: impl Fn(u32) -> Option<Vec3>) -> Option<[Vec3; 3]> {
-    // The vertex of each triangle that the other one lacks; the shared edge is the diagonal.
-    let lone_a = (0..3).find(|&i| !b.contains(&a[i]))?;
-    let lone_b = (0..3).find(|&i| !a.contains(&b[i]))?;
-    let [p, q, r] = [a[lone_a], a[(lone_a + 1) % 3], a[(lone_a + 2) % 3]];
-    let [s, r2, q2] = [b[lone_b], b[(lone_b + 1) % 3], b[(lone_b + 2) % 3]];
-    if (q, r) != (q2, r2) || q == r {
-        return None;
-    }
-    let (p, q, r, s) = (corner(p)?, corner(q)?, corner(r)?, corner(s)?);
-    (q - p == s - r && r - p == s - q).then_some([p, q, r])
+    same_geometry && a.reverse_orientation == b.reverse_orientation
 }
 
 /// True if it is plain that no surface that reflects reaches into a ball light. Not asked of large scenes.

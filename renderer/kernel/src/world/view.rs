@@ -89,9 +89,28 @@ impl<'a, L: Lanes> View<'a, L> {
         // Lights are numbered after all else.
         let id = is_light.select_u(light + l.u(scene.geometry.len() as u32), hit.id);
         let surface = hit.t.lt(l.f(f32::INFINITY)) & !is_light;
+        let id = if scene.fronts.is_empty() { id } else { self.frontmost(id, surface, dir) };
         let surface = if scene.lights_scatter { surface | is_light } else { surface };
         let (first, shapes, points) = self.points(id, surface, p, dir);
         CameraHit { surface, first, shapes, points, emitted, emits }
+    }
+
+    /// The same primitives, or those in front of them in the same place, of camera rays that hit opaque ones.
+    #[inline(always)]
+    fn frontmost(&self, id: L::U, hit: L::M, dir: V3<L>) -> L::U {
+        let Self { l, scene, .. } = *self;
+        let (mut ids, [mut x, mut y, mut z]) = ([0; PACKET], [[0.0; PACKET]; 3]);
+        id.store(&mut ids);
+        dir.x.store(&mut x);
+        dir.y.store(&mut y);
+        dir.z.store(&mut z);
+        let mut todo = hit.bits();
+        while todo != 0 {
+            let i = todo.trailing_zeros() as usize;
+            todo &= todo - 1;
+            ids[i] = scene.fronts.at(&scene.geometry, ids[i], scene.camera.origin, Vec3::new(x[i], y[i], z[i]));
+        }
+        l.load_u(&ids)
     }
 
     /// The shapes (see [`CameraHit`]) and the points `p` that rays in directions `dir` hit on the primitives with these

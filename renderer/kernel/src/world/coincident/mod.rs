@@ -1,14 +1,18 @@
-//! Lights where another surface is, such as a lamp in the plane of a ceiling, or one listed twice. Which of the two a ray
+//! Surfaces where another one is, such as a lamp in the plane of a ceiling, or one listed twice. Which of the two a ray
 //! meets first would be a matter of rounding or of their order in the file, another one for camera rays and for shadow rays,
 //! so it is decided once, for all rays and by value:
 //!
 //! - A flat light is raised a little above the surface, on the side that it emits from. Seen from behind, the surface is there.
-//! - Of two lights that emit to the same side the brighter is in front. Where they are the same to the last bit the
-//!   other, which nothing could see, is left out; else the brighter is raised above it.
+//! - Of two lights that emit to the same side the brighter is in front; of equally bright ones the one that reflects more.
+//!   Where they are in the same place to the last bit the other, which nothing could see, is left out; else the brighter is
+//!   raised above it.
 //! - Two lights back to back are one that emits to both sides.
 //! - A sphere in the place of a sphere light is left out.
+//! - Of surfaces that do not emit the one that reflects more is in front, seen from either side (`surfaces.rs`).
 //!
 //! (pbrt-v3 takes for coincident surfaces the one that its tree tests last, and adds both lights up in light samples.)
+
+mod surfaces;
 
 use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};
@@ -16,6 +20,7 @@ use std::collections::{HashMap, HashSet};
 use glam::{DVec3, Vec3};
 
 use super::Opaque;
+use crate::bsdf::BuiltMaterial;
 use crate::geometry::BuiltGeometry;
 use crate::geometry::list::List;
 use crate::geometry::shape::{Ball, Facet};
@@ -23,6 +28,7 @@ use crate::lanes::{Single, V3};
 use crate::light::{BuiltLight, LightShape};
 use crate::request::scene;
 use crate::stop::{Stop, Stopped};
+pub(super) use surfaces::{Fronts, Shared};
 
 /// How far a light is raised, in units of `epsilon`: more than shadow rays end before a light, and several times what
 /// distances are off by rounding, at any angle.
@@ -51,14 +57,14 @@ pub(super) fn drop_hidden(opaque: &mut Vec<Opaque>, lights: &[BuiltLight]) {
             LightShape::Facet(_) => None,
         })
         .collect();
-    opaque.retain(|shape| match shape.geometry {
+    opaque.retain(|opaque| match opaque.shape.geometry {
         scene::Geometry::Sphere { center, radius } => !balls.contains(&key(center, radius)),
         scene::Geometry::Mesh { .. } => true,
     });
 }
 
 /// Leaves out the lights that another one, as bright or brighter, hides wholly: it has the same corners and emits to the same
-/// side. Of equally bright ones the first stays.
+/// side.
 ///
 /// # Errors
 /// If it is stopped.
@@ -108,11 +114,22 @@ fn by_value(a: Vec3, b: Vec3) -> Ordering {
     a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
 }
 
-/// By luminance, and by red, green and blue where that is equal: a rule that does not depend on the order of lights.
+/// By luminance (Rec. 709), and by red, green and blue where that is equal: a rule that does not depend on any order.
+fn by_colour(a: Vec3, b: Vec3) -> Ordering {
+    let luminance = |colour: Vec3| colour.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
+    luminance(a).total_cmp(&luminance(b)).then(by_value(a, b))
+}
+
+/// By what they emit, and by what they reflect where that is equal.
 fn by_brightness(a: &BuiltLight, b: &BuiltLight) -> Ordering {
-    // Of Rec. 709.
-    let luminance = |light: &BuiltLight| light.radiance.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
-    luminance(a).total_cmp(&luminance(b)).then(by_value(a.radiance, b.radiance))
+    by_colour(a.radiance, b.radiance).then_with(|| by_reflectance(&a.material, &b.material))
+}
+
+/// By what they reflect at normal incidence, and by all their numbers where that is equal.
+fn by_reflectance(a: &BuiltMaterial, b: &BuiltMaterial) -> Ordering {
+    let numbers = |material: &BuiltMaterial| material.numbers().map(|v| v + 0.0);
+    let all = || numbers(a).iter().zip(&numbers(b)).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne());
+    by_colour(a.at_normal_incidence(), b.at_normal_incidence()).then_with(|| all().unwrap_or(Ordering::Equal))
 }
 
 /// Raises the flat lights of each shape of which one lies in the plane of a surface right where it is, or of a light that is
