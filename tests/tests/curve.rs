@@ -53,7 +53,10 @@ fn the_best_c_is_where_a_golden_section_search_on_the_oracle_finds_it() {
             // The tutorial's weights are biased at the ends themselves.
             let expected = golden_section(|c| variance(c.clamp(1e-6, 1.0 - 1e-6)));
             let label = format!("{label}, {}", weights.name());
-            let best = table.best_c(Heuristic::Balance, weights).unwrap_or_else(|| panic!("{label}: there is light"));
+            let Some(best) = table.best_c(Heuristic::Balance, weights) else {
+                assert_eq!(truth, 0.0, "{label}: there is light");
+                continue;
+            };
             let c = f64::from(best.c);
             let least = variance(expected.clamp(1e-6, 1.0 - 1e-6));
             let there = variance(c);
@@ -86,9 +89,13 @@ fn the_curve_has_the_second_moments_of_the_oracle() {
             for (weights, found) in [(OneSampleWeights::Veach, at.veach), (OneSampleWeights::Tutorial, at.tutorial)] {
                 let label = format!("{label}, {} c = {}", weights.name(), at.c);
                 let moments = point.sample(&one_sample(weights, f64::from(at.c)), LUMINANCE).total;
-                if (moments.mean() - truth).abs() > 1e-3 * truth {
+                let bias = (moments.mean() - truth).abs() / truth;
+                if bias > 1e-4 || truth == 0.0 {
                     biased += 1;
-                    assert_eq!(found, None, "{label}: biased");
+                    assert_eq!(found, None, "{label}: biased by {bias}");
+                }
+                // What is between may be either.
+                if bias.is_nan() || bias > 1e-6 {
                     continue;
                 }
                 compared += 1;
@@ -108,7 +115,8 @@ fn lights_have_their_solid_angles_densities_and_shares() {
     let mut all = places(&veach());
     all.extend(variants());
     let (mut lights, mut turned) = (0, 0);
-    for (label, scene, target) in all.into_iter().step_by(2) {
+    let some = all.into_iter().enumerate().filter(|(i, (label, ..))| i % 4 == 0 || label.starts_with("mesh"));
+    for (label, scene, target) in some.map(|(_, place)| place) {
         let world = World::new(&scene);
         let whole = world.point(EYE, target).radiance().dot(LUMINANCE);
         through_keyhole(&scene, target, |point| {
@@ -152,7 +160,7 @@ fn lights_have_their_solid_angles_densities_and_shares() {
         });
     }
     println!("{lights} lights, {turned} turned away");
-    assert!(lights > 90 && turned > 0, "{lights} lights, {turned} turned away");
+    assert!(lights > 50 && turned > 0, "{lights} lights, {turned} turned away");
 }
 
 /// By a grid over triangles, and the formula for spheres; 0 from behind.

@@ -220,17 +220,25 @@ impl<'a> Report<'a> {
         }
         let triple = |v: Option<[f32; 3]>| v.map_or_else(String::new, |v| numbers(&v));
         let single = |v: Option<f32>| v.map_or_else(String::new, |v| format!("{v:>12.5e}"));
+        let formula = match Strategy::from_name(self.strategy) {
+            Some(Strategy::Mis) => "W/(m^2 sr), w f / (c p)",
+            Some(Strategy::MisAll) => "W/(m^2 sr), w f / p",
+            Some(Strategy::Light | Strategy::Bsdf) | None => "W/(m^2 sr), f / p",
+        };
+        let lit = ray.lit == Some(true);
         let bsdf_unit = if ray.dirac == Some(true) { "a mirror's probability" } else { "1/sr" };
         for (name, value, unit) in [
             ("wi", triple(ray.wi), ""),
-            ("f", triple(ray.f), if ray.lit == Some(true) { "W/(m^2 sr^2)" } else { "hits no light" }),
+            ("f", triple(ray.f), if lit { "W/(m^2 sr^2)" } else { "hits no light" }),
             ("p_L", single(ray.p_light), "1/sr"),
             ("p_B", single(ray.p_bsdf), bsdf_unit),
-            ("weight w", single(ray.weight), ""),
-            ("value", triple(ray.value), "W/(m^2 sr), w f / p, or w f / (c p) with strategy mis"),
         ] {
             let _ = writeln!(text, "{}", format!("{name:<12}  {value}  {unit}").trim_end());
         }
+        if !lit {
+            return;
+        }
+        let _ = writeln!(text, "weight w      {}\nvalue         {}  {formula}", single(ray.weight), triple(ray.value));
         let other = if by_light { "by BSDF" } else { "by light" };
         let _ =
             writeln!(text, "{other:<12}  {}  with weight {}", triple(ray.other_value), single(ray.other_weight).trim());

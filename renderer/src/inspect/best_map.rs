@@ -1,7 +1,7 @@
 //! The best c of every pixel of a picture, from coarse to fine.
 //!
-//! Cells of pixels are known by their corners. Where the corners of a cell tell what is in its middle, they tell what is
-//! between; elsewhere the cell is cut in four. What a single pixel has comes from a sketch of its integrand
+//! Cells of pixels are known by their corners. Where a cell shows one shape and its corners tell what is in its middle,
+//! they tell what is between; elsewhere it is cut in four. What a single pixel has comes from a sketch of its integrand
 //! ([`Point::sketch`](super::Point::sketch)).
 
 use std::sync::Mutex;
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use mislab_kernel::request::{Estimator, PixelRect, Settings, Strategy};
 use mislab_kernel::world::BuiltScene;
 
-use super::point::{Inspector, Seen};
+use super::point::{Inspector, Point};
 
 /// The best c of a picture's pixels and what c = 1/2 costs instead.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,15 +22,21 @@ pub struct BestMap {
     pub step: u32,
     /// Best c in [0, 1], row by row from the top left; NaN where no light is reflected.
     pub c: Vec<f32>,
-    /// Variance of one sample at c = 1/2 in units of that at the best c, at least 1; NaN as `c`.
+    /// Variance of one sample at c = 1/2 in units of that at the best c, at least 1 and at most [`BestMap::MOST`], beyond
+    /// which a sketch cannot tell it; NaN as `c`.
     pub loss: Vec<f32>,
+}
+
+impl BestMap {
+    /// Largest [`Self::loss`].
+    pub const MOST: f32 = 100.0;
 }
 
 /// What is known of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Value {
-    /// Number of the shape seen, if it reflects light.
-    shape: Option<usize>,
+    /// Light is reflected.
+    lit: bool,
     c: f32,
     /// Logarithms of the loss and of the luminance.
     loss: f32,
@@ -58,7 +64,7 @@ const SHARE: usize = 64;
 /// one included. `None` if `goes_on` says no, which is asked every few milliseconds. The estimator of the settings says
 /// heuristic and weights.
 ///
-/// At 99 of 100 pixels of the default scene c is known to 0.05 and the loss to 5 %; 800 x 800 pixels take two to three
+/// At 99 of 100 pixels of the default scene c is known to 0.05 and the loss to 10 %; 800 x 800 pixels take two to three
 /// processor seconds.
 pub fn best_map(
     scene: &BuiltScene,
@@ -68,11 +74,15 @@ pub fn best_map(
     report: &mut dyn FnMut(&BestMap),
 ) -> Option<BestMap> {
     let bounds = settings.pixel_bounds();
+    let ask = Ask { scene, settings, threads: threads_of(threads), goes_on };
+    let rows = bounds.min[1]..bounds.max[1];
+    let all: Vec<[u32; 2]> = rows.flat_map(|y| (bounds.min[0]..bounds.max[0]).map(move |x| [x, y])).collect();
     let mut map = Growing {
         bounds,
+        shapes: ask.all(&all, |pixel| ask.shape(pixel))?,
         known: vec![None; bounds.area()],
         settled: vec![Value::default(); bounds.area()],
-        ask: Ask { scene, settings, threads: threads_of(threads), goes_on },
+        ask,
     };
     let mut cells = first_cells(bounds);
     let corners: Vec<[u32; 2]> = cells.iter().flat_map(Cell::corners).collect();
@@ -129,6 +139,12 @@ impl Cell {
         [0, 1].map(|axis| self.min[axis].midpoint(self.max[axis]))
     }
 
+    /// All of its pixels, row by row.
+    fn pixels(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let Self { min: [x0, y0], max: [x1, y1] } = *self;
+        (y0..=y1).flat_map(move |y| (x0..=x1).map(move |x| [x, y]))
+    }
+
     /// The middles of its edges.
     fn edges(&self) -> [[u32; 2]; 4] {
         let ([x, y], Self { min: [x0, y0], max: [x1, y1] }) = (self.middle(), *self);
@@ -150,30 +166,38 @@ struct Ask<'a> {
     goes_on: &'a (dyn Fn() -> bool + Sync),
 }
 
-impl Ask<'_> {
-    /// One pixel, at its centre.
-    fn value(&self, [x, y]: [u32; 2]) -> Value {
-        let inspector = Inspector::new(self.scene, self.settings);
-        let Seen::Surface(point) = inspector.at_pixel(x as f32 + 0.5, y as f32 + 0.5) else { return Value::default() };
-        let table = point.sketch();
+impl<'a> Ask<'a> {
+    /// The surface at the centre of a pixel.
+    fn point(&self, [x, y]: [u32; 2]) -> Option<Point<'a>> {
+        Inspector::new(self.scene, self.settings).at_pixel(x as f32 + 0.5, y as f32 + 0.5).point()
+    }
+
+    /// Number of the shape that a pixel shows, if it may reflect.
+    fn shape(&self, pixel: [u32; 2]) -> Option<usize> {
+        self.point(pixel).filter(Point::reflects).map(|point| point.shape())
+    }
+
+    /// What a pixel has.
+    fn value(&self, pixel: [u32; 2]) -> Value {
+        let Some(table) = self.point(pixel).map(|point| point.sketch()) else { return Value::default() };
         let Estimator { heuristic, weights, .. } = self.settings.estimator;
         let [trials, steps] = SEARCH;
         let Some(best) = table.best_c_within(heuristic, weights, trials, steps) else { return Value::default() };
         let half = Estimator { strategy: Strategy::Mis, heuristic, weights, light_prob: 0.5 };
         let at_half = table.moments(&half).total;
         // Where nothing varies, no c costs anything.
-        let loss = if at_half.variance > 0.0 { (at_half.variance / best.variance).max(1.0) } else { 1.0 };
-        Value {
-            shape: Some(point.shape()),
-            c: best.c,
-            loss: loss.min(LARGEST_LOSS).ln() as f32,
-            mean: at_half.mean.ln() as f32,
-        }
+        let loss = if at_half.variance > 0.0 { at_half.variance / best.variance } else { 1.0 };
+        let loss = loss.clamp(1.0, f64::from(BestMap::MOST)).ln() as f32;
+        Value { lit: true, c: best.c, loss, mean: at_half.mean.ln() as f32 }
     }
 
-    /// Many of them, on all threads; `None` if they are not wanted any more.
-    fn values(&self, pixels: &[[u32; 2]]) -> Option<Vec<Value>> {
-        let found = Mutex::new(vec![Value::default(); pixels.len()]);
+    /// The answers for many pixels, on all threads; `None` if they are not wanted any more.
+    fn all<T: Clone + Default + Send>(
+        &self,
+        pixels: &[[u32; 2]],
+        one: impl Fn([u32; 2]) -> T + Sync,
+    ) -> Option<Vec<T>> {
+        let found = Mutex::new(vec![T::default(); pixels.len()]);
         let (next, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
         let work = || {
             loop {
@@ -186,8 +210,8 @@ impl Ask<'_> {
                     return;
                 }
                 let share = first..(first + SHARE).min(pixels.len());
-                let values: Vec<Value> = pixels[share.clone()].iter().map(|pixel| self.value(*pixel)).collect();
-                found.lock().unwrap_or_else(PoisonError::into_inner)[share].copy_from_slice(&values);
+                let values: Vec<T> = pixels[share.clone()].iter().map(|pixel| one(*pixel)).collect();
+                found.lock().unwrap_or_else(PoisonError::into_inner)[share].clone_from_slice(&values);
             }
         };
         std::thread::scope(|scope| {
@@ -201,12 +225,11 @@ impl Ask<'_> {
     }
 }
 
-/// A loss beyond this is no number that anybody reads.
-const LARGEST_LOSS: f64 = 1e6;
-
 /// A map in the making.
 struct Growing<'a> {
     bounds: PixelRect,
+    /// By pixel, the number of the shape seen, if it may reflect.
+    shapes: Vec<Option<usize>>,
     /// What pixels have that have been asked about.
     known: Vec<Option<Value>>,
     /// That, and what is between.
@@ -228,7 +251,7 @@ impl Growing<'_> {
         pixels.sort_unstable_by_key(|[x, y]| [*y, *x]);
         pixels.dedup();
         pixels.retain(|pixel| self.known[self.index(*pixel)].is_none());
-        let values = self.ask.values(&pixels)?;
+        let values = self.ask.all(&pixels, |pixel| self.ask.value(pixel))?;
         for (pixel, value) in pixels.into_iter().zip(values) {
             let index = self.index(pixel);
             self.known[index] = Some(value);
@@ -237,61 +260,62 @@ impl Growing<'_> {
         Some(())
     }
 
-    /// Whether the corners of a cell tell what is in its middle.
+    /// Whether a cell shows one shape and its corners tell what is in its middle.
     fn is_smooth(&self, cell: &Cell) -> bool {
+        let shape = self.shapes[self.index(cell.min)];
+        if cell.pixels().any(|pixel| self.shapes[self.index(pixel)] != shape) {
+            return false;
+        }
         let middle = self.at(cell.middle());
+        if cell.corners().iter().any(|corner| self.at(*corner).lit != middle.lit) {
+            return false;
+        }
         let between = self.between(cell, cell.middle());
-        let off = |[a, b]: [f32; 2], tolerance: f32| (a - b).abs() <= tolerance;
-        let pairs = [[middle.c, between.c], [middle.loss, between.loss], [middle.mean, between.mean]];
-        cell.corners().iter().all(|corner| self.at(*corner).shape == middle.shape)
-            && (middle.shape.is_none()
-                || pairs.into_iter().zip(TOLERANCE).all(|(pair, tolerance)| off(pair, tolerance)))
+        let off = [middle.c - between.c, middle.loss - between.loss, middle.mean - between.mean];
+        off.into_iter().zip(TOLERANCE).all(|(off, tolerance)| off.abs() <= tolerance)
     }
 
     /// Gives all pixels of a cell that are not known what its corners say.
     fn fill(&mut self, cell: &Cell) {
-        for y in cell.min[1]..=cell.max[1] {
-            for x in cell.min[0]..=cell.max[0] {
-                let index = self.index([x, y]);
-                if self.known[index].is_none() {
-                    self.settled[index] = self.between(cell, [x, y]);
-                }
+        for pixel in cell.pixels() {
+            let index = self.index(pixel);
+            if self.known[index].is_none() {
+                self.settled[index] = self.between(cell, pixel);
             }
         }
     }
 
-    /// From the corners to a pixel of the cell, linear along either axis. Of corners that show different shapes the
-    /// nearest counts.
+    /// From the corners to a pixel of the cell that shows something, linear along either axis. Only those count that show
+    /// the same shape lit; without one, nothing is known yet.
     fn between(&self, cell: &Cell, pixel: [u32; 2]) -> Value {
+        let shape = self.shapes[self.index(pixel)];
         let share = [0, 1].map(|axis| {
             let side = cell.max[axis] - cell.min[axis];
             if side == 0 { 0.0 } else { (pixel[axis] - cell.min[axis]) as f32 / side as f32 }
         });
-        let corners = cell.corners().map(|corner| self.at(corner));
-        let weights = [
-            (1.0 - share[0]) * (1.0 - share[1]),
-            share[0] * (1.0 - share[1]),
-            (1.0 - share[0]) * share[1],
-            share[0] * share[1],
-        ];
-        if corners.iter().any(|corner| corner.shape != corners[0].shape) {
-            let nearest = (0..4).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
-            return corners[nearest];
+        let [x, y] = share.map(|share| [1.0 - share, share]);
+        let weights = [x[0] * y[0], x[1] * y[0], x[0] * y[1], x[1] * y[1]];
+        let (mut value, mut sum) = (Value::default(), 0.0);
+        for (corner, weight) in cell.corners().into_iter().zip(weights) {
+            let Value { lit, c, loss, mean } = self.at(corner);
+            if lit && self.shapes[self.index(corner)] == shape {
+                value.c += weight * c;
+                value.loss += weight * loss;
+                value.mean += weight * mean;
+                sum += weight;
+            }
         }
-        let mut value = Value { shape: corners[0].shape, ..Value::default() };
-        for (corner, weight) in corners.iter().zip(weights) {
-            value.c += weight * corner.c;
-            value.loss += weight * corner.loss;
-            value.mean += weight * corner.mean;
+        if sum <= 0.0 {
+            return Value::default();
         }
-        value
+        Value { lit: true, c: value.c / sum, loss: value.loss / sum, mean: value.mean / sum }
     }
 
     fn shown(&self, step: u32) -> BestMap {
         let of = |number: fn(&Value) -> f32| {
-            let number = |value: &Value| if value.shape.is_some() { number(value) } else { f32::NAN };
+            let number = |value: &Value| if value.lit { number(value) } else { f32::NAN };
             self.settled.iter().map(number).collect()
         };
-        BestMap { bounds: self.bounds, step, c: of(|value| value.c), loss: of(|value| value.loss.exp()) }
+        BestMap { bounds: self.bounds, step, c: of(|value| value.c), loss: of(|value| value.loss.exp().min(BestMap::MOST)) }
     }
 }
