@@ -186,6 +186,10 @@ impl<'a> Report<'a> {
         {
             let _ = writeln!(text, "{name:<12}  {x:>12.5} {y:>12.5} {z:>12.5}");
         }
+        if surface.emitted != [0.0; 3] {
+            let [r, g, b] = surface.emitted;
+            let _ = writeln!(text, "emits         {r:>12.5e} {g:>12.5e} {b:>12.5e}  W/(m^2 sr), not counted below");
+        }
         let [r, g, b] = self.radiance;
         let _ = writeln!(
             text,

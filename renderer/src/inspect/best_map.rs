@@ -316,6 +316,11 @@ impl Growing<'_> {
             let number = |value: &Value| if value.lit { number(value) } else { f32::NAN };
             self.settled.iter().map(number).collect()
         };
-        BestMap { bounds: self.bounds, step, c: of(|value| value.c), loss: of(|value| value.loss.exp().min(BestMap::MOST)) }
+        BestMap {
+            bounds: self.bounds,
+            step,
+            c: of(|value| value.c),
+            loss: of(|value| value.loss.exp().min(BestMap::MOST)),
+        }
     }
 }

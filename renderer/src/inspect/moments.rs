@@ -44,11 +44,12 @@ struct Values {
 
 impl Values {
     fn mean(&self) -> f64 {
-        self.list.iter().map(|(probability, value)| probability * value).sum()
+        // The sum of nothing is -0.
+        0.0 + self.list.iter().map(|(probability, value)| probability * value).sum::<f64>()
     }
 
     fn second(&self) -> f64 {
-        self.list.iter().map(|(probability, value)| probability * value * value).sum()
+        0.0 + self.list.iter().map(|(probability, value)| probability * value * value).sum::<f64>()
     }
 
     /// `E (Y - m)^2` where light is carried.
