@@ -1,4 +1,5 @@
-//! The command line: `mislab [SCENE]` for the window, `render`, `table`, `converge`, `compare`, `info` and `bench` without one.
+//! The command line: `mislab [SCENE]` for the window, `render`, `table`, `converge`, `compare`, `info`, `bench`,
+//! `inspect`, `replay` and `fireflies` without one.
 //!
 //! What was asked for goes to standard output and nothing else does; messages, warnings and progress go to standard
 //! error. Exit code 0: done; 1: it failed; 2: the arguments cannot be used.
@@ -14,12 +15,15 @@ mod bench;
 mod compare;
 mod converge;
 mod failure;
+mod fireflies;
 mod info;
 mod input;
+mod inspect;
 mod misspelt;
 mod output;
 mod progress;
 mod render;
+mod replay;
 mod table;
 mod version;
 
@@ -60,6 +64,9 @@ fn run(args: Args) -> Result<(), Failure> {
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Info(args)) => info::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
+        Some(Command::Inspect(args)) => inspect::run(&args),
+        Some(Command::Replay(args)) => replay::run(&args),
+        Some(Command::Fireflies(args)) => fireflies::run(&args),
         None => match run_app(args.scene.clone()) {
             Ok(()) => Ok(()),
             Err(NoWindow { reason }) => table::instead_of_window(args.scene, &reason),

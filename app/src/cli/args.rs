@@ -5,8 +5,9 @@ use std::path::PathBuf;
 
 use clap::builder::{PathBufValueParser, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
-use mislab_renderer::{Heuristic, OneSampleWeights, SamplerKind, Strategy};
+use mislab_renderer::{Heuristic, OneSampleWeights, PixelRect, SamplerKind, Settings, Strategy};
 
+use super::failure::Failure;
 use super::output::{Destination, PictureFile};
 use super::version::version;
 use crate::state::paths::expand_home;
@@ -39,6 +40,12 @@ pub(super) enum Command {
     Info(InfoArgs),
     /// Measures how fast this machine renders
     Bench(BenchArgs),
+    /// Says what is exactly true of one pixel: mean, variances, best c, densities
+    Inspect(InspectArgs),
+    /// Draws one sample of one pixel again, with all its numbers
+    Replay(ReplayArgs),
+    /// Finds the samples that outweigh all others of their pixel
+    Fireflies(FirefliesArgs),
 }
 
 /// What is not named here comes from the scene file, then from the defaults.
@@ -51,13 +58,8 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     pub(super) picture: PictureArgs,
 
-    /// How directions are sampled
-    #[arg(long, value_name = "NAME", value_parser = names(Strategy::ALL.map(Strategy::name), Strategy::from_name))]
-    pub(super) strategy: Option<Strategy>,
-
-    /// Samples per pixel; for stratified samplers arranged as squarely as can be, 64 as 8 x 8
-    #[arg(long, value_name = "N", value_parser = at_least_one, allow_negative_numbers = true)]
-    pub(super) spp: Option<NonZeroU32>,
+    #[command(flatten)]
+    pub(super) samples: SampleArgs,
 
     #[command(flatten)]
     pub(super) how: HowArgs,
@@ -109,7 +111,7 @@ pub(super) struct PictureArgs {
     pub(super) sampler: Option<SamplerKind>,
 
     /// Seed of all random numbers
-    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = whole, allow_negative_numbers = true)]
     pub(super) seed: Option<u32>,
 
     /// Image size in pixels, e.g. 800x800
@@ -123,6 +125,18 @@ pub(super) struct PictureArgs {
     /// Roughness (GGX alpha, in [0, 1]) of the material NAME; 0 is a mirror. May be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = alpha)]
     pub(super) alpha: Vec<Alpha>,
+}
+
+/// Strategy and samples of a picture.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub(super) struct SampleArgs {
+    /// How directions are sampled
+    #[arg(long, value_name = "NAME", value_parser = names(Strategy::ALL.map(Strategy::name), Strategy::from_name))]
+    pub(super) strategy: Option<Strategy>,
+
+    /// Samples per pixel; for stratified samplers arranged as squarely as can be, 64 as 8 x 8
+    #[arg(long, value_name = "N", value_parser = at_least_one, allow_negative_numbers = true)]
+    pub(super) spp: Option<NonZeroU32>,
 }
 
 /// Each point is the mean over pictures with different seeds, rendered to just that many samples.
@@ -247,6 +261,114 @@ pub(super) struct BenchArgs {
     pub(super) quiet: bool,
 }
 
+/// Nothing is sampled: all numbers are integrals over the directions of the lights, by quadrature.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Means, variances and second moments are those of the luminance of one sample at the centre of the pixel.
+Each is known to the tolerance that is stated, relative to itself; a variance far below the squared mean, to
+that share of the squared mean.")]
+pub(super) struct InspectArgs {
+    #[command(flatten)]
+    pub(super) picture: PictureArgs,
+
+    #[command(flatten)]
+    pub(super) samples: SampleArgs,
+
+    #[command(flatten)]
+    pub(super) pixel: PixelArgs,
+
+    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+
+    /// Says nothing but results and errors
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+/// Random numbers are a function of seed, pixel, sample and dimension: the numbers are those of the picture, bit for bit.
+#[derive(Debug, clap::Args)]
+pub(super) struct ReplayArgs {
+    #[command(flatten)]
+    pub(super) picture: PictureArgs,
+
+    #[command(flatten)]
+    pub(super) samples: SampleArgs,
+
+    #[command(flatten)]
+    pub(super) pixel: PixelArgs,
+
+    /// Which sample of the pixel, from 0
+    #[arg(long, value_name = "I", value_parser = whole, allow_negative_numbers = true)]
+    pub(super) index: u32,
+
+    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+
+    /// Says nothing but results and errors
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+/// A scene is rendered first. Of a picture, the pixels whose sums betray an outlier are drawn again.
+#[derive(Debug, clap::Args)]
+pub(super) struct FirefliesArgs {
+    /// A picture saved by this program (.exr), or a scene (.pbrt) [default: Veach's scene]
+    #[arg(value_name = "FILE.exr|SCENE", value_parser = path())]
+    pub(super) scene: Option<PathBuf>,
+
+    /// How many, the brightest first
+    #[arg(long, value_name = "N", default_value = "10", value_parser = outliers, allow_negative_numbers = true)]
+    pub(super) count: usize,
+
+    /// Writes them as JSON to this file; `-` for standard output, in place of the text
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+
+    #[command(flatten)]
+    pub(super) how: HowArgs,
+}
+
+/// One pixel of the picture.
+#[derive(Debug, clap::Args)]
+pub(super) struct PixelArgs {
+    /// Column and row of the pixel, from 0 at the top left
+    #[arg(
+        long,
+        num_args = 2,
+        required = true,
+        value_names = ["X", "Y"],
+        value_parser = whole,
+        allow_negative_numbers = true
+    )]
+    pixel: Vec<u32>,
+}
+
+impl PixelArgs {
+    /// The pixel.
+    ///
+    /// # Errors
+    /// If the picture has no such pixel.
+    pub(super) fn of(&self, settings: &Settings) -> Result<[u32; 2], Failure> {
+        let PixelRect { min, max } = settings.pixel_bounds();
+        match self.pixel.as_slice() {
+            &[x, y] if (min[0]..max[0]).contains(&x) && (min[1]..max[1]).contains(&y) => Ok([x, y]),
+            pixel => {
+                let numbers: Vec<String> = pixel.iter().map(u32::to_string).collect();
+                Err(Failure::Usage(format!(
+                    "--pixel {}: not in the picture, expected x from {} to {} and y from {} to {}",
+                    numbers.join(" "),
+                    min[0],
+                    max[0] - 1,
+                    min[1],
+                    max[1] - 1
+                )))
+            }
+        }
+    }
+}
+
 /// The numbers of `--at`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Counts(pub(super) Vec<u32>);
@@ -313,8 +435,14 @@ fn counts(text: &str) -> Result<Counts, String> {
     Ok(Counts(all))
 }
 
-fn seed(text: &str) -> Result<u32, String> {
+fn whole(text: &str) -> Result<u32, String> {
     text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u32::MAX))
+}
+
+fn outliers(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1000;
+    let count = text.parse().ok().filter(|n| (1..=MOST).contains(n));
+    count.ok_or_else(|| format!("expected a whole number from 1 to {MOST}"))
 }
 
 fn threads(text: &str) -> Result<usize, String> {

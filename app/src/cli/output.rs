@@ -6,7 +6,7 @@ use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use mislab_renderer::{Frame, Layer, snapshot};
+use mislab_renderer::{Frame, Layer, Strategy, Technique, snapshot};
 
 use super::failure::Failure;
 use crate::files::saving::write_free;
@@ -28,6 +28,14 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
             Err(Failure::Run(format!("standard output: cannot write: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// A technique in text and JSON.
+pub(super) fn technique_name(technique: Technique) -> &'static str {
+    match technique {
+        Technique::Light => Strategy::Light.name(),
+        Technique::Bsdf => Strategy::Bsdf.name(),
     }
 }
 

@@ -8,7 +8,7 @@ use mislab_renderer::{
 };
 use serde::Serialize;
 
-use super::args::{Alpha, PictureArgs, RenderArgs};
+use super::args::{Alpha, PictureArgs, RenderArgs, SampleArgs};
 use super::failure::Failure;
 use super::input::Input;
 use super::output::{self, PictureFile};
@@ -27,13 +27,10 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
     if args.quick {
         settings.image.resolution = settings.image.resolution.map(|side| (side / QUICK_SHRINK).max(1));
     }
-    settings.estimator.strategy = args.strategy.unwrap_or(settings.estimator.strategy);
     let quick_spp =
         settings.sampling.spp.filter(|spp| args.quick && spp.get() > QUICK_SPP).and(QUICK_SPP.try_into().ok());
-    if let Some(spp) = args.spp.or(quick_spp) {
-        settings.sampling.spp = Some(spp);
-        settings.sampling.sampler.strata = SamplerSettings::strata_for(spp.get());
-    }
+    let SampleArgs { strategy, spp } = args.samples;
+    let settings = with_samples(SampleArgs { strategy, spp: spp.or(quick_spp) }, settings);
     let request = request(&args.picture, Request { scene: input.scene.clone(), settings })?;
 
     // Only a file that is named here is replaced.
@@ -82,7 +79,17 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
     args.json.map_or(Ok(()), |json| json.write(&report))
 }
 
-/// Puts what the command line names over what the scene file says.
+/// Puts strategy and samples per pixel that the command line names over what the scene file says.
+pub(super) fn with_samples(args: SampleArgs, mut settings: Settings) -> Settings {
+    settings.estimator.strategy = args.strategy.unwrap_or(settings.estimator.strategy);
+    if let Some(spp) = args.spp {
+        settings.sampling.spp = Some(spp);
+        settings.sampling.sampler.strata = SamplerSettings::strata_for(spp.get());
+    }
+    settings
+}
+
+/// Puts what else the command line names over what the scene file says.
 pub(super) fn request(args: &PictureArgs, from: Request) -> Result<Request, Failure> {
     let Request { mut scene, mut settings } = from;
     settings.image.resolution = args.size.unwrap_or(settings.image.resolution);

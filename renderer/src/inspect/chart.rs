@@ -71,6 +71,17 @@ impl Chart {
         }
     }
 
+    /// Solid angle of the light, whatever lies before it.
+    pub fn solid_angle(&self) -> f64 {
+        match *self {
+            Self::Cone { one_minus_cos, .. } => TAU * one_minus_cos,
+            Self::Facet { to, edges: [e1, e2], quad } => {
+                let half = triangle(to, to + e1, to + e2);
+                if quad { half + triangle(to + e1, to + e1 + e2, to + e2) } else { half }
+            }
+        }
+    }
+
     /// Cells to begin with, along u and v, where a light can be given about that many.
     pub fn grid(&self, cells: usize) -> [usize; 2] {
         match self {
@@ -80,4 +91,11 @@ impl Chart {
             Self::Cone { .. } | Self::Facet { .. } => [1, 1],
         }
     }
+}
+
+/// Solid angle of a triangle seen from the origin (van Oosterom and Strackee 1983).
+fn triangle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (x, y, z) = (a.length(), b.length(), c.length());
+    let below = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
+    2.0 * a.dot(b.cross(c)).abs().atan2(below)
 }

@@ -9,7 +9,7 @@ use mislab_kernel::world::View;
 
 use super::plain;
 use super::point::Point;
-use super::weights::{Weigh as _, Weighted};
+use super::weights::{Weighted, weighted};
 
 /// One direction at a [`Point`]: the integrand and both densities.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,8 +132,6 @@ impl Point<'_> {
 impl Direction {
     /// Weight and contribution of a sample in this direction by either technique, light and BSDF.
     pub fn weighted(&self, estimator: &Estimator) -> [Weighted; 2] {
-        estimator
-            .weigh([self.p_light, self.p_bsdf])
-            .map(|technique| Weighted { weight: technique.weight as f32, value: self.f * technique.per_f as f32 })
+        weighted(self.f, [self.p_light, self.p_bsdf], estimator)
     }
 }

@@ -4,16 +4,21 @@
 //! hits; [`Point::direction`] what the estimator sees in one direction there (f, both densities, and by
 //! [`Direction::weighted`] the weights of any estimator); [`Point::tabulate`] the same for all directions of all
 //! lights, from which [`Table::moments`] has mean and variance of any estimator *exactly*, that is by quadrature
-//! instead of sampling, and [`Table::best_c`] the c of least variance. [`replay()`] draws one sample of one pixel again, to
-//! the bit, and [`points`] shows the pattern that its samples follow.
+//! instead of sampling, [`Table::best_c`] the c of least variance and [`Table::curve`] all others. [`Point::sketch`] is a
+//! rough table in a hundredth of the time, from which [`best_map()`] has the best c of every pixel. [`replay()`] draws one
+//! sample of one pixel again, to the bit, [`fireflies()`] finds the brightest outliers of a picture by it, and
+//! [`points`] shows the pattern that samples follow.
 //!
 //! Nothing here is fast lane code, and no lanes show: floats in, floats out. Lengths are in scene units, densities per
 //! solid angle (1/sr), colours linear Rec. 709.
 
 mod best;
+mod best_map;
 mod cell;
 mod chart;
 mod direction;
+mod fireflies;
+mod lights;
 mod moments;
 mod node;
 mod pattern;
@@ -21,11 +26,16 @@ mod point;
 mod quadrature;
 mod replay;
 mod rule;
+mod sketch;
+mod suspects;
 mod table;
 mod weights;
 
-pub use best::Best;
+pub use best::{AtC, Best};
+pub use best_map::{BestMap, best_map};
 pub use direction::{Direction, LightHit};
+pub use fireflies::{Fireflies, Outlier, Search, fireflies};
+pub use lights::LightSeen;
 use mislab_kernel::film::LUMINANCE;
 use mislab_kernel::lanes::{Single, V3};
 pub use mislab_kernel::request::Technique;
@@ -35,8 +45,9 @@ pub use pattern::points;
 pub use point::{Inspector, Point, Seen};
 pub use quadrature::Accuracy;
 pub use replay::replay;
+pub use suspects::{Suspect, suspects_of_frame, suspects_of_layers};
 pub use table::Table;
-pub use weights::Weighted;
+pub use weights::{Weighted, weighted};
 
 /// A vector on one lane as a plain one.
 fn plain(v: V3<Single>) -> glam::Vec3 {

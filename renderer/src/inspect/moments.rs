@@ -3,7 +3,6 @@
 use glam::DVec3;
 use mislab_kernel::request::{Estimator, Strategy};
 
-use super::luminance;
 use super::table::Table;
 
 /// Mean and variance of the luminance of one sample, or of one technique's part of it.
@@ -45,11 +44,12 @@ struct Values {
 
 impl Values {
     fn mean(&self) -> f64 {
-        self.list.iter().map(|(probability, value)| probability * value).sum()
+        // The sum of nothing is -0.
+        0.0 + self.list.iter().map(|(probability, value)| probability * value).sum::<f64>()
     }
 
     fn second(&self) -> f64 {
-        self.list.iter().map(|(probability, value)| probability * value * value).sum()
+        0.0 + self.list.iter().map(|(probability, value)| probability * value * value).sum::<f64>()
     }
 
     /// `E (Y - m)^2` where light is carried.
@@ -109,21 +109,21 @@ impl Table {
         Sampled { total, light, bsdf }
     }
 
-    /// E Y and E Y^2 of one sample of the one-sample model: what [`Self::best_c`] compares.
-    pub(super) fn mean_and_second(&self, estimator: &Estimator) -> [f64; 2] {
-        let mut sums = [0.0; 2];
+    /// What the techniques, light and BSDF, add to E Y and to E Y^2 of the one-sample model.
+    pub(super) fn first_and_second(&self, estimator: &Estimator) -> [[f64; 2]; 2] {
+        let mut parts = [[0.0; 2]; 2];
         self.visit(estimator, |node, dw, techniques| {
-            for (t, technique) in techniques.into_iter().enumerate() {
-                let (probability, value) = (technique.c * f64::from(node.p[t]) * dw, node.y * technique.per_f);
-                sums[0] += probability * value;
-                sums[1] += probability * value * value;
+            for (part, (technique, p)) in parts.iter_mut().zip(techniques.into_iter().zip(node.p)) {
+                let (probability, value) = (technique.c * f64::from(p) * dw, node.y * technique.per_f);
+                part[0] += probability * value;
+                part[1] += probability * value * value;
             }
         });
-        sums
+        parts
     }
 
     /// Luminance of the reflected radiance.
     pub(super) fn true_mean(&self) -> f64 {
-        luminance(self.radiance())
+        self.nodes().map(|node| node.y * node.dw).sum()
     }
 }

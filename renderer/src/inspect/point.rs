@@ -117,6 +117,11 @@ impl Point<'_> {
         self.surface.material.is_dirac()
     }
 
+    /// True if it is nothing but a perfect mirror: no light but that from [`Self::mirror`] is reflected.
+    pub(super) fn reflects_by_delta_alone(&self) -> bool {
+        self.is_mirror() && !self.surface.material.has_two_lobes()
+    }
+
     /// False if it is black.
     pub fn reflects(&self) -> bool {
         self.surface.material.scatters()

@@ -44,6 +44,8 @@ const FINEST_BENT: f64 = 1.0 / 1024.0;
 pub(super) struct Cells {
     /// Those from which light comes.
     pub list: Vec<Cell>,
+    /// Index of the light by [`Cell::chart`].
+    pub lights: Vec<usize>,
     /// Directions asked about.
     pub evaluations: usize,
     /// Estimated error, the largest of all quantities that are looked at.
@@ -178,7 +180,8 @@ impl Integrator<'_> {
         }
         let (evaluations, relative_error) = (self.evaluations, sums.relative_error());
         self.cells.retain(|cell| !cell.is_dark());
-        Cells { list: self.cells, evaluations, relative_error }
+        let lights = self.charts.iter().map(|(light, _)| *light).collect();
+        Cells { list: self.cells, lights, evaluations, relative_error }
     }
 }
 

@@ -31,6 +31,8 @@ pub struct Table {
     smooth: Vec<Smooth>,
     /// Directions that weigh what they say: those of cells with edges in them, and a mirror's.
     single: Vec<Node>,
+    /// Luminance by light of the built scene.
+    by_light: Vec<f64>,
     evaluations: usize,
     relative_error: f64,
 }
@@ -42,24 +44,55 @@ impl Point<'_> {
         let mut table = Table {
             smooth: Vec::new(),
             single: Vec::new(),
+            by_light: vec![0.0; self.scene.lights.list.len()],
             evaluations: cells.evaluations,
             relative_error: cells.relative_error,
         };
         for cell in cells.list {
+            table.by_light[cells.lights[cell.chart]] += cell.nodes.iter().map(|node| node.y * node.dw).sum::<f64>();
             if cell.is_smooth() && cell.nodes.iter().all(|node| node.p[0] > 0.0 && node.p[1] > 0.0) {
                 table.smooth.push(Smooth { nodes: cell.nodes, range: range(&cell.nodes.map(|node| node.odds())) });
             } else {
                 table.single.extend(cell.nodes.into_iter().filter(|node| node.dw > 0.0));
             }
         }
-        if let Some(Direction { f, p_bsdf, .. }) = self.mirror().filter(|mirror| mirror.f != Vec3::ZERO) {
-            table.single.push(Node { dw: 1.0, y: luminance(f.as_dvec3()), f, p: [0.0, p_bsdf] });
-        }
+        table.add_mirror(self);
         table
     }
 }
 
 impl Table {
+    /// From directions that weigh what they say, each with the index of its light; a mirror's is added.
+    pub(super) fn of_nodes(point: &Point<'_>, nodes: Vec<(usize, Node)>, evaluations: usize, error: f64) -> Self {
+        let mut by_light = vec![0.0; point.scene.lights.list.len()];
+        for (light, node) in &nodes {
+            by_light[*light] += node.y * node.dw;
+        }
+        let single = nodes.into_iter().map(|(_, node)| node).collect();
+        let mut table = Self { smooth: Vec::new(), single, by_light, evaluations, relative_error: error };
+        table.add_mirror(point);
+        table
+    }
+
+    /// The one direction of a mirror.
+    fn add_mirror(&mut self, point: &Point<'_>) {
+        if let Some(Direction { f, p_bsdf, hit: Some(hit), .. }) = point.mirror().filter(|m| m.f != Vec3::ZERO) {
+            let y = luminance(f.as_dvec3());
+            self.by_light[hit.light] += y;
+            self.single.push(Node { dw: 1.0, y, f, p: [0.0, p_bsdf] });
+        }
+    }
+
+    /// Luminance of the reflected radiance that comes from each light of the built scene, by index.
+    pub fn by_light(&self) -> &[f64] {
+        &self.by_light
+    }
+
+    /// All directions, those of smooth parts included; what they weigh is right for functions without jumps.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = &Node> {
+        self.single.iter().chain(self.smooth.iter().flat_map(|cell| &cell.nodes))
+    }
+
     /// Directions that were asked about.
     pub fn evaluations(&self) -> usize {
         self.evaluations
@@ -73,8 +106,7 @@ impl Table {
 
     /// The reflected radiance itself, per channel: the integral of f.
     pub fn radiance(&self) -> DVec3 {
-        let nodes = self.single.iter().chain(self.smooth.iter().flat_map(|cell| &cell.nodes));
-        nodes.map(|node| node.f.as_dvec3() * node.dw).sum()
+        self.nodes().map(|node| node.f.as_dvec3() * node.dw).sum()
     }
 
     /// Calls `visit` with every direction, the solid angle that it stands for (of a mirror 1; where a heuristic jumps it

@@ -14,6 +14,12 @@ pub struct Weighted {
     pub value: Vec3,
 }
 
+/// Weight and contribution of a sample by either technique, light and BSDF, in a direction with this integrand and
+/// these densities: of a replayed [`Ray`](super::Ray), what another estimator, or the other technique, makes of it.
+pub fn weighted(f: Vec3, p: [f32; 2], estimator: &Estimator) -> [Weighted; 2] {
+    estimator.weigh(p).map(|technique| Weighted { weight: technique.weight as f32, value: f * technique.per_f as f32 })
+}
+
 /// The same before f is known.
 #[derive(Clone, Copy)]
 pub(super) struct Share {
