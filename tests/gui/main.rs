@@ -12,6 +12,7 @@ mod patterns;
 mod picture;
 mod place;
 mod several;
+mod share;
 mod sizes;
 mod studies;
 mod table;

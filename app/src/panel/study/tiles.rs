@@ -1,7 +1,6 @@
 //! The small pictures of a study: layers of frames, brought up to date a few at a time, enlarged by a click.
 
 use std::sync::{Arc, Weak};
-use std::time::Duration;
 
 use eframe::egui::{self, Align2, Color32, Context, Rect, Response, Role, Sense, TextStyle, Ui, UiBuilder};
 use mislab_renderer::{Frame, Layer};
@@ -10,6 +9,7 @@ use crate::panel::widgets::{caption, focus_ring};
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::planes::Planes;
 use crate::picture::viewport::{Shown, Viewport};
+use crate::state::passes;
 use crate::state::placement::Placement;
 use crate::state::view::ViewState;
 
@@ -84,7 +84,7 @@ impl Tiles {
                 continue;
             }
             if fresh.len() == most {
-                ctx.request_repaint_after(Duration::from_millis(1));
+                passes::for_news(ctx);
                 self.next = index;
                 break;
             }
