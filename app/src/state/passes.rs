@@ -12,21 +12,24 @@ use crate::state::share::Share;
 /// A repaint at once would cost two passes.
 const SOON: Duration = Duration::from_millis(1);
 
-/// Tells how many processor seconds drawing has taken since the program started.
+/// From this time until the next one on, passes are rare.
+const RARE: Duration = Duration::from_millis(100);
+
+/// Tells what has been spent since the program started.
 #[derive(Clone, Copy, Debug)]
-pub struct Meter(pub fn() -> f64);
+pub struct Meter(pub fn() -> Spent);
 
 impl Meter {
-    /// All that the process has spent beside rendering.
+    /// By the process: all that it does beside rendering counts as drawing.
     pub fn of_process() -> Self {
-        Self(|| Spent::now().beside_rendering)
+        Self(Spent::now)
     }
 }
 
 impl Default for Meter {
-    /// Drawing costs nothing.
+    /// Nothing: drawing is for free.
     fn default() -> Self {
-        Self(|| 0.0)
+        Self(Spent::default)
     }
 }
 
@@ -69,6 +72,11 @@ pub fn freshen(ctx: &Context) {
 pub fn due(ctx: &Context) -> Instant {
     let now = Instant::now();
     ctx.with_plugin(|passes: &mut Passes| passes.share.due(now)).unwrap_or(now)
+}
+
+/// Whether passes are so far apart that one may take its time.
+pub fn are_rare(ctx: &Context) -> bool {
+    due(ctx).saturating_duration_since(Instant::now()) > RARE
 }
 
 /// There is news: asks for a pass as soon as one is due.

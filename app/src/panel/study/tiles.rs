@@ -70,9 +70,10 @@ impl Tiles {
     }
 
     /// Brings at most `most` tiles up to date, in turns, so that no pass of the window is held up; asks for another pass
-    /// if some are left. Returns which have new numbers.
+    /// if some are left. Where passes are rare, all of them. Returns which have new numbers.
     pub fn refresh(&mut self, ctx: &Context, wanted: &[Option<Wanted>], most: usize) -> Vec<usize> {
         let count = self.tiles.len();
+        let most = if passes::are_rare(ctx) { count } else { most };
         for (tile, wanted) in self.tiles.iter_mut().zip(wanted) {
             tile.behind = wanted.as_ref().is_none_or(|wanted| wanted.behind);
         }
