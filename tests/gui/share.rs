@@ -61,7 +61,7 @@ fn news_waits_until_a_pass_is_due_and_while_there_is_to_be_quiet() {
     ctx.add_plugin(Passes::new(Meter(dear)));
     let asked = Arc::new(Mutex::new(Vec::new()));
     let list = asked.clone();
-    ctx.set_request_repaint_callback(move |info| list.lock().expect("not poisoned").push(info.delay));
+    ctx.set_repaint_observer(move |info| list.lock().expect("not poisoned").push(info.delay));
     let pass = || {
         ctx.run_ui(RawInput::default(), |_| {}).textures_delta.clear();
     };

@@ -134,3 +134,53 @@ fn cut(frame: &Frame, view: &ViewState, pixels: &[[u32; 2]]) -> ColorImage {
     };
     ColorImage::new(SIZE, (0..texels).map(colour).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::num::NonZeroU32;
+
+    use super::*;
+    use glam::{DMat4, DVec3};
+    use mislab_renderer::pbrt::embedded_scene;
+    use mislab_renderer::{ImageSettings, Request, Sampling, Settings, render};
+
+    fn frame(edit: impl FnOnce(&mut Scene), resolution: [u32; 2]) -> Arc<Frame> {
+        let file = embedded_scene();
+        let (mut scene, settings) = (file.scene, file.settings);
+        edit(&mut scene);
+        let settings = Settings {
+            sampling: Sampling { spp: NonZeroU32::new(1), ..settings.sampling },
+            image: ImageSettings { resolution, ..settings.image },
+            ..settings
+        };
+        render(&Request { scene: Arc::new(scene), settings }, 1, &mut |_| true).expect("renders")
+    }
+
+    #[test]
+    fn places_are_asked_for_again_only_where_they_are_others() {
+        let size = [24, 24];
+        let places = Places::of(&frame(|_| {}, size));
+        assert_eq!(places.pixels.len(), 4, "one for each plate");
+        let kept = |edit: fn(&mut Scene)| {
+            let frame = frame(edit, size);
+            let kept = places.are_of(&frame);
+            assert!(!kept || Places::of(&frame).pixels == places.pixels, "kept, though they are others");
+            kept
+        };
+        assert!(kept(|_| {}));
+        assert!(kept(|scene| {
+            let alpha = scene.materials.iter_mut().find_map(|material| material.bsdf.alpha_mut());
+            *alpha.expect("a plate") = 0.3;
+        }));
+        assert!(kept(|scene| scene.shapes.iter_mut().filter_map(|s| s.light.as_mut()).for_each(|l| l.radiance *= 2.0)));
+        assert!(!kept(|scene| {
+            scene.camera.world_from_camera =
+                DMat4::from_translation(DVec3::new(0.0, 0.5, 0.0)) * scene.camera.world_from_camera;
+        }));
+        assert!(!kept(|scene| {
+            let plate = scene.shapes.iter_mut().find(|shape| shape.material.is_some() && shape.light.is_none());
+            plate.expect("a plate").material = None;
+        }));
+        assert!(!places.are_of(&frame(|_| {}, [25, 24])));
+    }
+}
