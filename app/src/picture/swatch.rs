@@ -144,9 +144,8 @@ mod tests {
     use mislab_renderer::pbrt::embedded_scene;
     use mislab_renderer::{ImageSettings, Request, Sampling, Settings, render};
 
-    fn frame(edit: impl FnOnce(&mut Scene), resolution: [u32; 2]) -> Arc<Frame> {
-        let file = embedded_scene();
-        let (mut scene, settings) = (file.scene, file.settings);
+    fn frame(mut scene: Scene, edit: impl FnOnce(&mut Scene), resolution: [u32; 2]) -> Arc<Frame> {
+        let settings = Settings::default();
         edit(&mut scene);
         let settings = Settings {
             sampling: Sampling { spp: NonZeroU32::new(1), ..settings.sampling },
@@ -159,10 +158,11 @@ mod tests {
     #[test]
     fn places_are_asked_for_again_only_where_they_are_others() {
         let size = [24, 24];
-        let places = Places::of(&frame(|_| {}, size));
+        let scene = embedded_scene().scene;
+        let places = Places::of(&frame(scene.clone(), |_| {}, size));
         assert_eq!(places.pixels.len(), 4, "one for each plate");
         let kept = |edit: fn(&mut Scene)| {
-            let frame = frame(edit, size);
+            let frame = frame(scene.clone(), edit, size);
             let kept = places.are_of(&frame);
             assert!(!kept || Places::of(&frame).pixels == places.pixels, "kept, though they are others");
             kept
@@ -181,6 +181,6 @@ mod tests {
             let plate = scene.shapes.iter_mut().find(|shape| shape.material.is_some() && shape.light.is_none());
             plate.expect("a plate").material = None;
         }));
-        assert!(!places.are_of(&frame(|_| {}, [25, 24])));
+        assert!(!places.are_of(&frame(scene.clone(), |_| {}, [25, 24])));
     }
 }
