@@ -41,6 +41,7 @@ use crate::state::document::Document;
 use crate::state::history::EditKey;
 use crate::state::keys;
 use crate::state::pacing::Pacing;
+use crate::state::passes::{self, Meter, Passes};
 use crate::state::placement::Placement;
 use crate::state::prefs::Prefs;
 use crate::state::presses::Presses;
@@ -52,6 +53,8 @@ pub struct AppOptions {
     pub scene: Option<PathBuf>,
     /// Worker threads; 0 is one per core.
     pub threads: usize,
+    /// What drawing has cost so far.
+    pub meter: Meter,
     /// What was kept from the last run.
     pub prefs: Prefs,
     /// Where that is kept; `None` forgets it.
@@ -79,13 +82,14 @@ impl MisLabApp {
     /// Starts the workers on the first picture.
     pub fn new(cc: &eframe::CreationContext<'_>, options: AppOptions) -> Self {
         let ctx = &cc.egui_ctx;
-        let AppOptions { scene, threads, prefs, prefs_file, remark } = options;
+        let AppOptions { scene, threads, meter, prefs, prefs_file, remark } = options;
         let kept = prefs_file.map(|path| Kept::new(path, remark.is_none().then(|| prefs.clone())));
 
         theme::install_fonts(ctx);
         ctx.options_mut(|o| o.zoom_with_keyboard = false);
         ctx.set_theme(prefs.theme);
         ctx.add_plugin(Presses::default());
+        ctx.add_plugin(Passes::new(meter));
         ctx.add_plugin(Recorder::default());
         let mut lab = Lab::new(ctx, Document::new(shipped(Shipped::Veach)), prefs, threads);
         if let Some(remark) = remark {
@@ -381,14 +385,20 @@ impl MisLabApp {
         }
         // A table is not to be spoiled, and who closes the window waits for the saving alone.
         let hold = sheets.table.is_running() || self.closing;
+        let pace = if hold { Pace::Paused } else { pacing.pace() };
+        // At a slow pace the processor has time for every pass.
+        let mut fresh = matches!(pace, Pace::PassesPerSecond(_));
         for (live, slot) in engine.pictures_mut().iter_mut().zip(document.slots()) {
-            live.submit(document.request(slot));
+            fresh |= live.submit(document.request(slot));
             if let Some(wait) = live.marked_in().filter(|wait| !wait.is_zero()) {
                 ctx.request_repaint_after(wait);
             }
         }
         engine.keep_abreast((document.slots().len() > 1).then_some(document.equal));
-        engine.set_pace(if hold { Pace::Paused } else { pacing.pace() });
+        engine.set_pace(pace);
+        if fresh {
+            passes::freshen(ctx);
+        }
         if !ctx.input(|i| i.pointer.any_down()) {
             history.end_gesture();
         }
@@ -407,7 +417,7 @@ impl eframe::App for MisLabApp {
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::hold);
+        self.lab.engine.hold();
         hint::begin_pass(ui.ctx(), self.lab.scale() == TypeScale::Desk);
         let mut commands = keys::pressed(ui.ctx());
         window_ui(ui, &mut self.lab, &mut commands);
@@ -420,7 +430,7 @@ impl eframe::App for MisLabApp {
             self.apply(&ctx, command);
         }
         self.submit(&ctx);
-        self.lab.engine.pictures_mut().iter_mut().for_each(LivePicture::release);
+        self.lab.engine.release(&ctx);
     }
 
     fn on_exit(&mut self) {

@@ -150,18 +150,21 @@ impl Lab {
 
     /// Makes the reference as long as a study or the picture needs it, and measures the pictures against what there is of it.
     pub fn measure(&mut self, ctx: &egui::Context) {
-        let Self { document, engine, references, measuring, replicates, studies, .. } = self;
+        let Self { document, engine, references, measuring, replicates, studies, sheets, .. } = self;
+        // A table is not to be spoiled.
+        let quiet = sheets.table.is_running();
         let against = document.arrangement() == Arrangement::Difference && document.view.versus == Versus::Errors;
-        let wanted = studies.open.map_or(against, Study::is_beside_pictures);
+        let wanted = studies.open.map_or(against, Study::is_beside_pictures) && !quiet;
         references.keep(ctx, &document.request(document.active()), wanted, engine.threads());
         // What was made stays of use: captions go on showing errors when the study is closed.
         measuring.update(ctx, references.latest(), engine.pictures());
-        let variance = document.slots().len() == 1
+        let variance = !quiet
+            && document.slots().len() == 1
             && document.active().layer == Layer::Variance
             && studies.open.is_none_or(Study::is_beside_pictures)
             && document.sampling().sampler.kind != SamplerKind::Independent;
         replicates.keep(ctx, variance.then(|| document.request(document.active())));
-        studies.convergence.hold(studies.open != Some(Study::Convergence));
+        studies.convergence.hold(quiet || studies.open != Some(Study::Convergence));
     }
 
     /// The live picture that controls are about.

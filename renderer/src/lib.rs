@@ -27,7 +27,7 @@ pub mod study;
 pub mod table;
 
 pub use engine::{
-    Abreast, Frames, Lockstep, Marks, Pace, Picture, Progress, Renderer, State, Status, Subscription, render,
+    Abreast, Frames, Lockstep, Marks, Pace, Picture, Progress, Renderer, Spent, State, Status, Subscription, render,
     simd_level_name,
 };
 pub use error::{Diagnostic, Error, Location};

@@ -32,10 +32,14 @@ impl Lab {
     }
 
     pub fn with_prefs(size: [f32; 2], prefs: Prefs) -> Self {
+        Self::with_options(size, AppOptions { prefs, ..AppOptions::default() })
+    }
+
+    pub fn with_options(size: [f32; 2], options: AppOptions) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let scene = folder.path().join("small.pbrt");
         std::fs::write(&scene, small_scene()).expect("the scene can be written");
-        let options = AppOptions { scene: Some(scene), threads: 1, prefs, ..AppOptions::default() };
+        let options = AppOptions { scene: Some(scene), threads: 1, ..options };
         let harness = Harness::builder()
             .with_size(size)
             .with_max_steps(64)

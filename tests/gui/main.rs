@@ -13,6 +13,7 @@ mod patterns;
 mod picture;
 mod place;
 mod several;
+mod share;
 mod sizes;
 mod studies;
 mod table;

@@ -14,6 +14,7 @@ use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup};
 
 use crate::app::{AppOptions, MisLabApp};
 use crate::files::kept;
+use crate::state::passes::Meter;
 use crate::state::prefs::Prefs;
 
 /// Why there is no window.
@@ -42,7 +43,7 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
     // The toolkit is built without storage: numbers in its file that no screen can have are a panic.
     let mut native = eframe::NativeOptions { viewport, ..Default::default() };
     allow_large_windows(&mut native.wgpu_options);
-    let options = AppOptions { scene, threads: 0, prefs, prefs_file, remark };
+    let options = AppOptions { scene, threads: 0, meter: Meter::of_process(), prefs, prefs_file, remark };
     let created = Arc::new(AtomicBool::new(false));
     let there = created.clone();
     let create: eframe::AppCreator<'_> = Box::new(move |cc| {

@@ -3,11 +3,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use eframe::egui;
-use mislab_renderer::Scene;
-use mislab_renderer::table::{TableOptions, TableResult, run_table};
+use mislab_renderer::table::{TableOptions, TableResult, Timing, run_table};
+use mislab_renderer::{Scene, Spent};
+
+use crate::state::passes::{self, Quiet};
 
 /// How far a job is.
 #[derive(Clone, Debug, Default)]
@@ -37,12 +39,25 @@ impl TableJob {
         let progress = Arc::new(Mutex::new(Progress::default()));
         let (ctx, stopped, shared) = (ctx.clone(), stop.clone(), progress.clone());
         let thread = std::thread::Builder::new().name("table".into()).spawn(move || {
+            let mut quiet = None;
             let result = run_table(&scene, &options, &mut |now| {
                 *lock(&shared) =
                     Progress { step: now.step.clone(), fraction: now.fraction as f32, elapsed: now.elapsed };
-                ctx.request_repaint_after(Duration::from_millis(50));
+                match now.timing {
+                    Timing::No => {
+                        quiet = None;
+                        passes::for_news(&ctx);
+                    }
+                    Timing::Next => {
+                        ctx.request_repaint();
+                        wait_for_rest(&stopped);
+                        quiet = Some(Quiet::begin(&ctx));
+                    }
+                    Timing::Now => {}
+                }
                 !stopped.load(Ordering::Relaxed)
             });
+            drop(quiet);
             ctx.request_repaint();
             result.map_err(|error| error.to_string())
         })?;
@@ -69,6 +84,25 @@ impl Drop for TableJob {
     fn drop(&mut self) {
         // Not waited for: it ends at its next step, or with the program.
         self.cancel();
+    }
+}
+
+/// How long a file waits for rest, at most.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Time between two looks, and the processor time in it up to which the process is at rest.
+const LOOK: [Duration; 2] = [Duration::from_millis(50), Duration::from_millis(5)];
+
+/// Waits until the window has drawn what there was to draw, and pictures have ended their passes.
+fn wait_for_rest(stopped: &AtomicBool) {
+    let begun = Instant::now();
+    let mut before = Spent::now();
+    while begun.elapsed() < PATIENCE && !stopped.load(Ordering::Relaxed) {
+        std::thread::sleep(LOOK[0]);
+        let now = Spent::now();
+        if now.all - before.all < LOOK[1].as_secs_f64() {
+            return;
+        }
+        before = now;
     }
 }
 

@@ -18,6 +18,7 @@ use crate::picture::planes::Planes;
 use crate::picture::squares::Squares;
 use crate::picture::viewport::{Shown, Viewport};
 use crate::state::document::Document;
+use crate::state::passes;
 use crate::state::placement::Geometry;
 
 /// It follows the pictures at most this often: both are gone through for it.
@@ -196,7 +197,7 @@ impl Against {
         let asked = |of: &Of| (of.versus, of.equal, of.reference, of.cells, of.part);
         let asked = self.of.as_ref().is_some_and(|old| asked(old) != asked(&of));
         if let Some(begun) = self.begun.filter(|begun| self.answer.is_some() && !asked && begun.elapsed() < INTERVAL) {
-            ctx.request_repaint_after(INTERVAL.saturating_sub(begun.elapsed()));
+            passes::for_news_in(ctx, INTERVAL.saturating_sub(begun.elapsed()));
             return;
         }
         let frames = [a, b].map(Arc::clone);
@@ -206,7 +207,7 @@ impl Against {
         let work = move || {
             // The two may have gone from the screen meanwhile.
             let _ = sender.send(question.answer());
-            ctx.request_repaint_after(Duration::from_millis(1));
+            passes::for_news(&ctx);
         };
         self.begun = Some(Instant::now());
         // Without a thread it is asked again.

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::time::Duration;
 
 use eframe::egui::Context;
+
+use crate::state::passes;
 
 /// What is known, and what is being worked out.
 pub struct Background<About, Found> {
@@ -63,7 +64,7 @@ impl<About: PartialEq + Clone + Send + 'static, Found: Clone + Send + 'static> B
         };
         self.running = None;
         if !wanted {
-            ctx.request_repaint_after(Duration::from_millis(1));
+            passes::for_news(ctx);
             return None;
         }
         self.known = Some((about, found.clone()));
@@ -95,7 +96,7 @@ impl<About: PartialEq + Clone + Send + 'static, Found: Clone + Send + 'static> B
                 let _ = sender.send(found);
             }
             drop(sender);
-            ctx.request_repaint_after(Duration::from_millis(1));
+            passes::for_news(&ctx);
         };
         // Without a thread it is tried again in the next pass.
         let thread = std::thread::Builder::new().name(self.name.into()).spawn(work);

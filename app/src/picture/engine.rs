@@ -1,12 +1,11 @@
 //! The workers, and the live pictures that they work on.
 
-use std::time::Duration;
-
 use eframe::egui;
 use mislab_renderer::{Abreast, Lockstep, Pace, Renderer, Request, State};
 
 use crate::picture::content::Content;
 use crate::picture::live::LivePicture;
+use crate::state::passes;
 
 /// One renderer for all pictures of the window.
 pub struct Engine {
@@ -22,8 +21,7 @@ impl Engine {
     /// Starts the workers; each new frame asks `ctx` for one pass. No pictures yet: see [`Self::match_requests`].
     pub fn new(ctx: &egui::Context, threads: usize) -> Self {
         let ctx = ctx.clone();
-        // A repaint at once would cost two passes.
-        let renderer = Renderer::new(threads, move || ctx.request_repaint_after(Duration::from_millis(1)));
+        let renderer = Renderer::new(threads, move || passes::for_news(&ctx));
         Self { abreast: None, pictures: Vec::new(), threads: renderer.threads(), renderer: Some(renderer) }
     }
 
@@ -58,6 +56,17 @@ impl Engine {
             *live = LivePicture::of_held(renderer.add_picture(), kept.cloned());
             self.abreast = None;
         }
+    }
+
+    /// Each picture takes its newest frame for a pass of the window.
+    pub fn hold(&mut self) {
+        self.pictures.iter_mut().for_each(LivePicture::hold);
+    }
+
+    /// Each gives it back: the pass is over. The next ones come when a pass is due for them.
+    pub fn release(&mut self, ctx: &egui::Context) {
+        let next = passes::due(ctx);
+        self.pictures.iter_mut().for_each(|picture| picture.release(next));
     }
 
     /// Keeps several pictures abreast by that; `None` lets them run freely.

@@ -9,6 +9,7 @@ use mislab_renderer::{Frame, Layer};
 use crate::picture::content::Content;
 use crate::picture::foreign::Foreign;
 use crate::picture::tone::clipped_from;
+use crate::state::passes;
 use crate::state::view::ViewState;
 
 /// Pixels on each side of the grid that is looked at: enough for a shape and a share.
@@ -64,7 +65,7 @@ impl Histogram {
         let same_layer = self.of.is_some_and(|(_, _, shown)| shown == layer);
         if let Some(made) = self.made.filter(|made| same_layer && made.elapsed() < INTERVAL) {
             // The last frame of a picture must arrive, too.
-            ctx.request_repaint_after(INTERVAL.saturating_sub(made.elapsed()));
+            passes::for_news_in(ctx, INTERVAL.saturating_sub(made.elapsed()));
             return;
         }
         (self.of, self.made) = (Some(of), Some(Instant::now()));

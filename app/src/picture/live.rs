@@ -79,9 +79,9 @@ impl LivePicture {
         self.held.clone().or_else(|| self.frame().map(Content::Frame))
     }
 
-    /// Hands over what should be rendered, if that has changed. Returns at once.
-    pub fn submit(&mut self, request: Request) {
-        let Some(picture) = self.picture.as_ref().filter(|_| self.held.is_none()) else { return };
+    /// Hands over what should be rendered, if that has changed, and says whether it has. Returns at once.
+    pub fn submit(&mut self, request: Request) -> bool {
+        let Some(picture) = self.picture.as_ref().filter(|_| self.held.is_none()) else { return false };
         let same = self.submitted.as_ref().is_some_and(|old| {
             // A scene is compared by its numbers only if it is not the very same one.
             old.settings == request.settings && (Arc::ptr_eq(&old.scene, &request.scene) || old.scene == request.scene)
@@ -94,6 +94,7 @@ impl LivePicture {
                 self.changed_at = Instant::now();
             }
         }
+        !same
     }
 
     /// Whether this is what it was asked for last.
@@ -141,9 +142,10 @@ impl LivePicture {
         }
     }
 
-    /// Gives it back: the pass is over.
-    pub fn release(&mut self) {
+    /// Gives it back: the pass is over, and the next one for a frame is due at `next`.
+    pub fn release(&mut self, next: Instant) {
         self.frame = None;
+        self.frames.not_before(next);
         self.frames.release();
     }
 

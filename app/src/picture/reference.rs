@@ -10,6 +10,8 @@ use mislab_renderer::study::reference::Wish;
 use mislab_renderer::study::{Against, Cells, News, grow};
 use mislab_renderer::{ImageSettings, Request, Scene, Settings, snapshot};
 
+use crate::state::passes;
+
 /// Samples per pixel that the reference grows to.
 pub const REFERENCE_SPP: u32 = 4096;
 
@@ -129,7 +131,7 @@ fn start(ctx: &egui::Context, about: About, file: Option<PathBuf>, threads: usiz
             }
             let (stopped, held) = (stop.load(Ordering::Relaxed), hold.load(Ordering::Relaxed));
             if !stopped && !held {
-                ctx.request_repaint_after(Duration::from_millis(100));
+                passes::for_news_in(&ctx, Duration::from_millis(100));
             }
             match (stopped, held) {
                 (true, _) => Wish::Stop,
@@ -153,7 +155,7 @@ fn start(ctx: &egui::Context, about: About, file: Option<PathBuf>, threads: usiz
         if let Err(error) = outcome {
             lock(&made).error = Some(error.to_string());
         }
-        ctx.request_repaint();
+        passes::for_news(&ctx);
     };
     std::thread::Builder::new().name("reference".into()).spawn(work)?;
     Ok(job)

@@ -11,6 +11,7 @@ use mislab_renderer::study::{Against, Cells, Mean, Part};
 use mislab_renderer::{Estimator, Frame};
 
 use super::live::LivePicture;
+use crate::state::passes;
 
 /// What is known of a picture.
 #[derive(Clone, Debug)]
@@ -75,7 +76,7 @@ impl Measuring {
         }
         let wait = EVERY.saturating_sub(self.last.map_or(EVERY, |last| last.elapsed()));
         if !wait.is_zero() {
-            ctx.request_repaint_after(wait);
+            passes::for_news_in(ctx, wait);
             return;
         }
         self.last = Some(Instant::now());
@@ -94,7 +95,7 @@ impl Measuring {
             let noise = noise.collect();
             // The window may have closed meanwhile.
             let _ = sender.send(Round { against, reference, noise, slots });
-            ctx.request_repaint_after(Duration::from_millis(1));
+            passes::for_news(&ctx);
         };
         self.running = std::thread::Builder::new().name("errors".into()).spawn(work).ok().map(|_| receiver);
     }

@@ -8,7 +8,7 @@
 //! rendered, scenes built and frames looked at without it.
 //!
 //! Reading order, each file knowing only those before it: [`status`] and [`subscription`] are what a caller says and hears,
-//! [`lockstep`] the rule that keeps pictures abreast, `job` one generation being rendered, `schedule` what is next for a
+//! [`lockstep`] the rule that keeps pictures abreast, [`spent`] what processor time went into, `job` one generation being rendered, `schedule` what is next for a
 //! picture, `core` whose turn it is, `worker` the threads, [`renderer`] the handles, [`blocking`] a picture rendered to its target while the caller waits.
 
 pub mod blocking;
@@ -17,6 +17,7 @@ mod job;
 pub mod lockstep;
 pub mod renderer;
 mod schedule;
+pub mod spent;
 pub mod status;
 pub mod subscription;
 mod worker;
@@ -24,5 +25,6 @@ mod worker;
 pub use blocking::{Progress, render, render_with};
 pub use lockstep::{Abreast, Lockstep};
 pub use renderer::{Picture, Renderer, simd_level_name};
+pub use spent::Spent;
 pub use status::{Pace, State, Status};
 pub use subscription::{Frames, Marks, Subscription};

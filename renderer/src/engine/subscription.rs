@@ -101,6 +101,12 @@ impl Frames {
     pub fn release(&self) {
         self.feed.lock().held = false;
     }
+
+    /// No frame by rate is wanted before `next`, but the first few of a request: whoever shows them has the time then.
+    /// Until then a later call may set another moment, earlier or not.
+    pub fn not_before(&self, next: Instant) {
+        self.feed.lock().not_before = Some(next);
+    }
 }
 
 /// A subscription as the workers see it.
@@ -121,6 +127,8 @@ struct FeedState {
     held: bool,
     /// When the last frame came.
     last: Option<Instant>,
+    /// When the next frame by rate is wanted, at the earliest.
+    not_before: Option<Instant>,
 }
 
 /// The end of a pass, or the moment before the next one.
@@ -162,7 +170,8 @@ impl Feed {
         }
         let Some(max_hz) = self.wants.max_hz else { return Wanted::No };
         let since = state.since(moment.now);
-        let due = moment.spp <= FIRST_FRAMES || since >= 1.0 / f64::from(max_hz);
+        let rested = state.rest(moment.now) == 0.0;
+        let due = moment.spp <= FIRST_FRAMES || (since >= 1.0 / f64::from(max_hz) && rested);
         let waits = self.wants.one_at_a_time && (state.offered || (state.held && moment.full_pace && since < PATIENCE));
         if due && !waits { Wanted::ByRate } else { Wanted::No }
     }
@@ -172,7 +181,7 @@ impl Feed {
         let Some(max_hz) = self.wants.max_hz else { return f64::INFINITY };
         let state = self.lock();
         let unseen = self.wants.one_at_a_time && state.offered && state.since(now) >= ATTENTION;
-        if unseen { f64::INFINITY } else { 1.0 / f64::from(max_hz) }
+        if unseen { f64::INFINITY } else { state.rest(now).max(1.0 / f64::from(max_hz)) }
     }
 
     /// The next mark above `spp`.
@@ -206,6 +215,11 @@ impl FeedState {
     /// Seconds since the last frame.
     fn since(&self, now: Instant) -> f64 {
         self.last.map_or(f64::INFINITY, |last| (now - last).as_secs_f64())
+    }
+
+    /// Seconds during which none by rate is wanted.
+    fn rest(&self, now: Instant) -> f64 {
+        self.not_before.map_or(0.0, |next| next.saturating_duration_since(now).as_secs_f64())
     }
 }
 

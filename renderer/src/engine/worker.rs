@@ -17,6 +17,7 @@ use thread_priority::ThreadPriority;
 
 use super::core::Core;
 use super::schedule::{Outcome, PictureState, Task, TileTask};
+use super::spent;
 use crate::memory::{self, Need};
 
 /// What workers and handles have in common.
@@ -106,6 +107,7 @@ impl Shared {
         let known: Vec<_> = self.lock().pictures.iter().filter_map(|p| p.built.clone()).collect();
         let judged = Cell::new((generation, true));
         let stopped = || !self.still_wants(picture, &request, &judged);
+        let start = ThreadTime::now();
         let build = || BuiltScene::with_known(&request.scene, &request.settings, &known, Stop::when(&stopped));
         let built = match catch_unwind(AssertUnwindSafe(build)) {
             Ok(Ok(scene)) => Some(Ok(Arc::new(scene))),
@@ -113,6 +115,7 @@ impl Shared {
             Ok(Err(Unbuilt::Stopped)) => None,
             Err(panic) => Some(Err(Invalid(format!("building the scene failed: {}", panic_text(&*panic))))),
         };
+        spent::add(start.elapsed());
         let news = self.hand_over(picture, generation, request, built);
         // To free a large scene takes its time: not under the lock.
         drop(known);
@@ -182,19 +185,23 @@ impl Shared {
                 copy
             }),
         };
+        // What frames cost is no rendering.
+        let copying = start.elapsed();
         let stopped = || halted.load(Ordering::Relaxed);
         let render = || render_tile(self.how, &scene, &request.settings, &mut tile, count, Stop::when(&stopped));
-        let rendered = match catch_unwind(AssertUnwindSafe(render)) {
+        let rendered = catch_unwind(AssertUnwindSafe(render));
+        let time = start.elapsed();
+        spent::add(time.saturating_sub(copying));
+        let rendered = match rendered {
             Ok(Ok(invalid)) => Ok(invalid),
             // The job is gone, and its tiles with it.
             Ok(Err(Stopped)) => return false,
             Err(panic) => Err(panic_text(&*panic)),
         };
-        let seconds = start.elapsed().as_secs_f64();
 
         let mut core = self.lock();
         let Some(p) = core.picture(picture) else { return false };
-        let outcome = p.take_tile(job, index, tile, copied, rendered, seconds);
+        let outcome = p.take_tile(job, index, tile, copied, rendered, time.as_secs_f64());
         drop(core);
         match &outcome {
             Outcome::Nothing => return false,

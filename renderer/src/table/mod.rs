@@ -111,8 +111,21 @@ pub struct TableProgress {
     pub fraction: f64,
     /// Since the start.
     pub elapsed: Duration,
+    /// Whether execution time counts.
+    pub timing: Timing,
     /// A file that has just been finished, with its picture: reported once each, so that it can be shown or saved at once.
     pub finished: Option<(TutorialRun, Arc<Frame>)>,
+}
+
+/// Whether the time of what is rendered goes into the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// It does not.
+    No,
+    /// It does, and begins when this report returns.
+    Next,
+    /// It does, and runs: whoever draws progress spoils it.
+    Now,
 }
 
 /// Size of the light a pixel reflects.
@@ -226,7 +239,7 @@ pub struct TableResult {
 }
 
 /// Renders the tutorial's files, the references they are measured against, and fills the table in. Blocks; call it from a
-/// thread of its own. `progress` is called several times a second and returns false to stop,
+/// thread of its own. `progress` is called several times a second, before each file and after it, and returns false to stop,
 /// upon which the result is `None`.
 ///
 /// # Errors
@@ -257,18 +270,22 @@ pub fn run_table(
         sizes.iter().map(|&size| reference::work(image(size), options.reference_spp, groups.lights().count())).sum();
     let mut batch = Batch::new(options.threads, work * f64::from(options.replicates) + references);
     let progress = RefCell::new(progress);
-    let report = |step: &Step<'_>, finished: Option<(TutorialRun, Arc<Frame>)>| {
+    let report = |step: &Step<'_>, timing: Timing, finished: Option<(TutorialRun, Arc<Frame>)>| {
         let Step { step, fraction, elapsed } = *step;
-        (progress.borrow_mut())(&TableProgress { step: step.to_owned(), fraction, elapsed, finished })
+        (progress.borrow_mut())(&TableProgress { step: step.to_owned(), fraction, elapsed, timing, finished })
     };
-    let mut goes_on = |step: &Step<'_>| report(step, None);
+    let mut goes_on = |step: &Step<'_>| report(step, Timing::No, None);
 
     // The files first: they are what a waiting person looks at.
     let mut frames = Vec::new();
     for run in TutorialRun::ALL {
         let settings = run.settings(options.size, options.seed);
-        let Some(frame) = batch.render(scene, settings, run.file, &mut goes_on)? else { return Ok(None) };
-        if !report(&batch.step(run.file), Some((run, Arc::clone(&frame)))) {
+        if !report(&batch.step(run.file), Timing::Next, None) {
+            return Ok(None);
+        }
+        let mut timed = |step: &Step<'_>| report(step, Timing::Now, None);
+        let Some(frame) = batch.render(scene, settings, run.file, &mut timed)? else { return Ok(None) };
+        if !report(&batch.step(run.file), Timing::No, Some((run, Arc::clone(&frame)))) {
             return Ok(None);
         }
         frames.push(frame);

@@ -8,6 +8,8 @@ use eframe::egui;
 use mislab_renderer::Request;
 use mislab_renderer::study::{Against, Curves, Plan, in_background, measure};
 
+use crate::state::passes;
+
 /// What a job has found, and why it found no more.
 #[derive(Clone)]
 pub struct State {
@@ -66,7 +68,7 @@ impl CurvesJob {
             let mut render = in_background(scene, threads, || !stop.load(Ordering::Relaxed));
             let outcome = measure(&request, &plan, &mut render, &mut against, &mut |found| {
                 state.lock().unwrap_or_else(PoisonError::into_inner).curves.add(found);
-                ctx.request_repaint_after(Duration::from_millis(50));
+                passes::for_news_in(&ctx, Duration::from_millis(50));
             });
             if let Err(error) = outcome {
                 state.lock().unwrap_or_else(PoisonError::into_inner).error = Some(error.to_string());

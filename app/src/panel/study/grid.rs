@@ -137,7 +137,7 @@ impl Pictures {
             // Those that were there before it are measured now.
             self.tiles.retake();
         }
-        cells.pictures_mut().iter_mut().for_each(LivePicture::hold);
+        cells.hold();
         let frames = cells.pictures().iter().map(LivePicture::current_frame);
         let wanted: Vec<_> =
             frames.map(|frame| frame.map(|frame| Wanted { frame, layer: Layer::Picture, behind: false })).collect();
@@ -149,7 +149,7 @@ impl Pictures {
             self.errors[index] = planes.zip(self.reference.as_ref()).and_then(|(planes, r)| rel_mse(planes, r));
         }
         self.complete = current && self.reference.is_some() && cells.pictures().iter().all(is_finished);
-        cells.pictures_mut().iter_mut().for_each(LivePicture::release);
+        cells.release(ctx);
         if self.complete {
             self.engines = None;
         }

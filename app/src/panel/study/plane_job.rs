@@ -2,11 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
 
 use eframe::egui::Context;
 use mislab_renderer::plane::{Square, Variances};
 use mislab_renderer::{Estimator, Scene};
+
+use crate::state::passes;
 
 /// Places along each axis, ends included.
 pub const PLACES: usize = 33;
@@ -71,7 +72,7 @@ impl PlaneJob {
         let work = move || {
             run(&asked, &stopped, &mut |now: &Found| {
                 *shared.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(now.clone());
-                ctx.request_repaint_after(Duration::from_millis(1));
+                passes::for_news(&ctx);
             });
         };
         let _ = std::thread::Builder::new().name("plane".into()).spawn(work);

@@ -163,7 +163,7 @@ impl Open {
         });
         self.tiles.refresh(ui.ctx(), &wanted, 1);
         drop(wanted);
-        self.alone.pictures_mut().iter_mut().for_each(LivePicture::release);
+        self.alone.release(ui.ctx());
     }
 
     /// One of them over the whole place.

@@ -1,7 +1,6 @@
 //! The small pictures of a study: layers of frames, brought up to date a few at a time, enlarged by a click.
 
 use std::sync::{Arc, Weak};
-use std::time::Duration;
 
 use eframe::egui::{self, Align2, Color32, Context, Rect, Response, Role, Sense, TextStyle, Ui, UiBuilder};
 use mislab_renderer::{Frame, Layer};
@@ -10,6 +9,7 @@ use crate::panel::widgets::{caption, focus_ring};
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::planes::Planes;
 use crate::picture::viewport::{Shown, Viewport};
+use crate::state::passes;
 use crate::state::placement::Placement;
 use crate::state::view::ViewState;
 
@@ -70,9 +70,10 @@ impl Tiles {
     }
 
     /// Brings at most `most` tiles up to date, in turns, so that no pass of the window is held up; asks for another pass
-    /// if some are left. Returns which have new numbers.
+    /// if some are left. Where passes are rare, all of them. Returns which have new numbers.
     pub fn refresh(&mut self, ctx: &Context, wanted: &[Option<Wanted>], most: usize) -> Vec<usize> {
         let count = self.tiles.len();
+        let most = if passes::are_rare(ctx) { count } else { most };
         for (tile, wanted) in self.tiles.iter_mut().zip(wanted) {
             tile.behind = wanted.as_ref().is_none_or(|wanted| wanted.behind);
         }
@@ -84,7 +85,7 @@ impl Tiles {
                 continue;
             }
             if fresh.len() == most {
-                ctx.request_repaint_after(Duration::from_millis(1));
+                passes::for_news(ctx);
                 self.next = index;
                 break;
             }
