@@ -1,0 +1,178 @@
+//! What happens at one pixel: exact numbers, directions, samples.
+
+mod axis;
+mod circle;
+mod curves;
+mod number;
+mod numbers;
+mod place;
+mod samples;
+mod shown;
+mod slice;
+mod slice_plot;
+mod tables;
+mod trace;
+
+use eframe::egui::{Context, Key, Modifiers, Ui};
+
+use self::numbers::{Numbers, numbers_ui};
+use self::place::{Facts, Place};
+use self::samples::SamplesJob;
+use self::shown::Shown;
+use self::slice::{Slice, slice_ui};
+use self::tables::TablesJob;
+use super::Subject;
+use crate::panel::widgets::{segmented, title_with_note};
+use crate::state::command::Command;
+
+/// How long the mouse rests until more than the coarsest numbers are worked out, in seconds.
+const REST: f32 = 0.2;
+
+/// What of the pixel is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Tab {
+    #[default]
+    Numbers,
+    Slice,
+}
+
+impl Tab {
+    const ALL: [Self; 2] = [Self::Numbers, Self::Slice];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Numbers => "Numbers",
+            Self::Slice => "Slice",
+        }
+    }
+
+    fn hint(self) -> &'static str {
+        match self {
+            Self::Numbers => "Exact mean and standard deviation of every strategy, beside what was measured.",
+            Self::Slice => "f, the densities and the weights along a great circle of directions.",
+        }
+    }
+}
+
+/// What is kept of it while it is open and after.
+#[derive(Default)]
+pub struct Explain {
+    pinned: Option<[u32; 2]>,
+    /// The last one under the mouse: it stays when the mouse comes here.
+    last: Option<[u32; 2]>,
+    tab: Tab,
+    tables: TablesJob,
+    numbers: Numbers,
+    slice: Slice,
+    samples: SamplesJob,
+}
+
+impl Explain {
+    /// The pixel that is pinned.
+    pub fn pinned(&self) -> Option<[u32; 2]> {
+        self.pinned
+    }
+
+    /// Stays with that pixel; `None` follows the mouse again.
+    pub fn pin(&mut self, pixel: Option<[u32; 2]>) {
+        self.pinned = pixel;
+    }
+
+    /// Lets the pinned pixel go. False if there is none.
+    pub fn step_back(&mut self) -> bool {
+        self.pinned.take().is_some()
+    }
+
+    /// Not on screen: nothing is worked out for it.
+    pub fn rest(&mut self) {
+        self.tables.rest();
+        self.numbers.rest();
+        self.slice.rest();
+        self.samples.rest();
+    }
+
+    /// The pixel that it is about.
+    fn pixel(&mut self, cursor: Option<[u32; 2]>) -> Option<[u32; 2]> {
+        self.last = cursor.or(self.last);
+        self.pinned.or(self.last)
+    }
+}
+
+/// Draws it over all that is left of `ui`.
+pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: &mut Vec<Command>) {
+    step(ui.ctx(), study, subject, out);
+    let frame = subject.pictures[subject.document.active_index()].frame();
+    let place = study.pixel(subject.cursor).zip(frame.as_ref()).and_then(|(pixel, frame)| Place::of(frame, pixel));
+    let moving = study.pinned.is_none() && is_moving(ui.ctx());
+    let tables = place.as_ref().and_then(|place| study.tables.of(ui.ctx(), place, moving));
+    // What is shown is said, also while another pixel is being worked out.
+    let name = tables.as_ref().map_or_else(
+        || "A pixel".to_owned(),
+        |tables| {
+            let [x, y] = tables.place.pixel;
+            format!("Pixel x {x}, y {y}")
+        },
+    );
+    let note = if study.pinned.is_some() { "pinned: arrow keys move, Escape lets go" } else { "a click in the picture pins" };
+    title_with_note(ui, &name, note);
+    let (Some(place), Some(tables), Some(frame)) = (place, tables, frame) else {
+        let file = subject.document.active().is_file();
+        ui.label(if file {
+            "This picture is from a file: how it was made is not known."
+        } else {
+            "Point at a pixel of the picture. A click pins it."
+        });
+        return;
+    };
+    let choices = Tab::ALL.map(|tab| (tab, tab.name()));
+    let hint = |ui: &mut Ui, tab: Tab| drop(ui.label(tab.hint()));
+    if let Some(tab) = segmented(ui, "Explain", study.tab, &choices, true, &hint) {
+        study.tab = tab;
+    }
+    let place = if tables.place.is_same(&place) { &place } else { &tables.place };
+    let surface = match &tables.facts {
+        Facts::Surface(surface) if study.tab != Tab::Numbers => surface,
+        Facts::Surface(_) | Facts::Nothing | Facts::Light => {
+            numbers_ui(ui, &mut study.numbers, &tables, place, subject);
+            return;
+        }
+    };
+    let samples = study.samples.of(ui.ctx(), place, frame.spp());
+    let estimator = subject.document.active().estimator;
+    let shown = Shown { place, surface, estimator, samples: samples.as_deref(), document: subject.document };
+    match study.tab {
+        Tab::Numbers => {}
+        Tab::Slice => slice_ui(ui, &mut study.slice, &shown, out),
+    }
+}
+
+/// Whether the mouse was moved just now. Asks for a pass once it may have come to rest.
+fn is_moving(ctx: &Context) -> bool {
+    let still = ctx.input(|i| i.pointer.time_since_last_movement());
+    let moving = still < REST;
+    if moving {
+        ctx.request_repaint_after(std::time::Duration::from_secs_f32(REST));
+    }
+    moving
+}
+
+/// Arrow keys move the pinned pixel, with Shift by ten. What the keyboard is on has them first.
+fn step(ctx: &Context, study: &Explain, subject: &Subject<'_>, out: &mut Vec<Command>) {
+    let Some(pixel) = study.pinned.filter(|_| ctx.memory(|m| m.focused().is_none())) else { return };
+    let mut moved = pixel.map(i64::from);
+    ctx.input_mut(|input| {
+        for (modifiers, by) in [(Modifiers::SHIFT, 10), (Modifiers::NONE, 1)] {
+            for (key, [x, y]) in
+                [(Key::ArrowLeft, [-1, 0]), (Key::ArrowRight, [1, 0]), (Key::ArrowUp, [0, -1]), (Key::ArrowDown, [0, 1])]
+            {
+                let times = input.count_and_consume_key(modifiers, key) as i64;
+                moved = [moved[0] + times * by * x, moved[1] + times * by * y];
+            }
+        }
+    });
+    let size = subject.document.image.resolution;
+    let moved = [0, 1].map(|i| moved[i].clamp(0, i64::from(size[i]) - 1) as u32);
+    if moved != pixel {
+        out.push(Command::Pin(Some(moved)));
+    }
+}
