@@ -19,8 +19,7 @@ pub enum Study {
 
 impl Study {
     /// All of them, in the order shown to users.
-    pub const ALL: [Self; 6] =
-        [Self::Explain, Self::Convergence, Self::Means, Self::Pyramid, Self::Grid, Self::Plane];
+    pub const ALL: [Self; 6] = [Self::Explain, Self::Convergence, Self::Means, Self::Pyramid, Self::Grid, Self::Plane];
 
     /// The name on screen.
     pub fn name(self) -> &'static str {

@@ -5,11 +5,9 @@ use eframe::egui::{Align2, Stroke, TextStyle, Ui, pos2};
 use crate::look::theme::GRID;
 use crate::panel::study::plot::{Axes, plain};
 
-/// How values are spread along an axis.
+/// How values are spread along the vertical axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spread {
-    /// Even.
-    Linear,
     /// By their decimal logarithms; the ends of the axis are such.
     Log,
     /// Even, without numbers: each line over its own largest value.
@@ -29,7 +27,6 @@ pub fn plane_ui(ui: &Ui, axes: &Axes, spread: Spread, bottom: f32, unit: &str) {
         painter.text(pos2(x, bottom + 0.5 * GRID), Align2::CENTER_TOP, text + unit, font.clone(), weak);
     }
     let rows: Vec<(f64, String)> = match spread {
-        Spread::Linear => ticks(axes.y),
         Spread::Log => {
             let powers = axes.y[0].ceil() as i32..=axes.y[1].floor() as i32;
             let step = ((axes.y[1] - axes.y[0]) / 6.0).ceil().max(1.0) as i32;

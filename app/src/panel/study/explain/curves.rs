@@ -48,11 +48,17 @@ impl Curve {
     pub fn hint(self) -> &'static str {
         match self {
             Self::F => "f = bsdf \u{d7} L_e \u{d7} visible \u{d7} cos: what is integrated, as luminance per steradian.",
-            Self::PLight => "Density of the light technique over all lights, per steradian. The same for every strategy.",
+            Self::PLight => {
+                "Density of the light technique over all lights, per steradian. The same for every strategy."
+            }
             Self::PBsdf => "Density of the BSDF technique, per steradian: the lobe.",
-            Self::Mixture => "How many samples the strategy draws there, per steradian and sample: both techniques together.",
-            Self::ByLight => "w_L f / (c p_L): what a light sample in that direction adds. With the balance heuristic it is \
-                              f over the mixture, whichever technique drew it.",
+            Self::Mixture => {
+                "How many samples the strategy draws there, per steradian and sample: both techniques together."
+            }
+            Self::ByLight => {
+                "w_L f / (c p_L): what a light sample in that direction adds. With the balance heuristic it is \
+                              f over the mixture, whichever technique drew it."
+            }
             Self::ByBsdf => "w_B f / (c p_B): what a BSDF sample in that direction adds.",
         }
     }

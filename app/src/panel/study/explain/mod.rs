@@ -5,9 +5,13 @@ mod circle;
 mod curves;
 mod number;
 mod numbers;
+mod over_c;
+mod over_c_ui;
 mod place;
+mod sample;
 mod samples;
 mod shown;
+mod sketch;
 mod slice;
 mod slice_plot;
 mod tables;
@@ -16,13 +20,17 @@ mod trace;
 use eframe::egui::{Context, Key, Modifiers, Ui};
 
 use self::numbers::{Numbers, numbers_ui};
+use self::over_c::OverCJob;
+use self::over_c_ui::over_c_ui;
 use self::place::{Facts, Place};
+use self::sample::{Sample, sample_ui};
 use self::samples::SamplesJob;
 use self::shown::Shown;
+use self::sketch::sketch_ui;
 use self::slice::{Slice, slice_ui};
 use self::tables::TablesJob;
 use super::Subject;
-use crate::panel::widgets::{segmented, title_with_note};
+use crate::panel::widgets::{caption, segmented, title_with_note};
 use crate::state::command::Command;
 
 /// How long the mouse rests until more than the coarsest numbers are worked out, in seconds.
@@ -34,15 +42,21 @@ enum Tab {
     #[default]
     Numbers,
     Slice,
+    OverC,
+    Sample,
+    Sketch,
 }
 
 impl Tab {
-    const ALL: [Self; 2] = [Self::Numbers, Self::Slice];
+    const ALL: [Self; 5] = [Self::Numbers, Self::Slice, Self::OverC, Self::Sample, Self::Sketch];
 
     fn name(self) -> &'static str {
         match self {
             Self::Numbers => "Numbers",
             Self::Slice => "Slice",
+            Self::OverC => "Best c",
+            Self::Sample => "Sample",
+            Self::Sketch => "Sketch",
         }
     }
 
@@ -50,6 +64,9 @@ impl Tab {
         match self {
             Self::Numbers => "Exact mean and standard deviation of every strategy, beside what was measured.",
             Self::Slice => "f, the densities and the weights along a great circle of directions.",
+            Self::OverC => "The exact variance of the one-sample model over c, and where it is least.",
+            Self::Sample => "One sample after the other: the formula with its numbers.",
+            Self::Sketch => "Eye ray, plate, lobe, lights and the last rays in the plane of incidence.",
         }
     }
 }
@@ -65,6 +82,8 @@ pub struct Explain {
     numbers: Numbers,
     slice: Slice,
     samples: SamplesJob,
+    over_c: OverCJob,
+    sample: Sample,
 }
 
 impl Explain {
@@ -89,6 +108,7 @@ impl Explain {
         self.numbers.rest();
         self.slice.rest();
         self.samples.rest();
+        self.over_c.rest();
     }
 
     /// The pixel that it is about.
@@ -113,7 +133,8 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
             format!("Pixel x {x}, y {y}")
         },
     );
-    let note = if study.pinned.is_some() { "pinned: arrow keys move, Escape lets go" } else { "a click in the picture pins" };
+    let note =
+        if study.pinned.is_some() { "pinned: arrow keys move, Escape lets go" } else { "a click in the picture pins" };
     title_with_note(ui, &name, note);
     let (Some(place), Some(tables), Some(frame)) = (place, tables, frame) else {
         let file = subject.document.active().is_file();
@@ -143,6 +164,12 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
     match study.tab {
         Tab::Numbers => {}
         Tab::Slice => slice_ui(ui, &mut study.slice, &shown, out),
+        Tab::OverC => match study.over_c.of(ui.ctx(), &tables, estimator.heuristic) {
+            Some(over_c) => over_c_ui(ui, &over_c, &shown, subject, out),
+            None => drop(caption(ui, "Working \u{2026}")),
+        },
+        Tab::Sample => sample_ui(ui, &mut study.sample, &shown, tables.truth()),
+        Tab::Sketch => sketch_ui(ui, &shown),
     }
 }
 
@@ -162,9 +189,12 @@ fn step(ctx: &Context, study: &Explain, subject: &Subject<'_>, out: &mut Vec<Com
     let mut moved = pixel.map(i64::from);
     ctx.input_mut(|input| {
         for (modifiers, by) in [(Modifiers::SHIFT, 10), (Modifiers::NONE, 1)] {
-            for (key, [x, y]) in
-                [(Key::ArrowLeft, [-1, 0]), (Key::ArrowRight, [1, 0]), (Key::ArrowUp, [0, -1]), (Key::ArrowDown, [0, 1])]
-            {
+            for (key, [x, y]) in [
+                (Key::ArrowLeft, [-1, 0]),
+                (Key::ArrowRight, [1, 0]),
+                (Key::ArrowUp, [0, -1]),
+                (Key::ArrowDown, [0, 1]),
+            ] {
                 let times = input.count_and_consume_key(modifiers, key) as i64;
                 moved = [moved[0] + times * by * x, moved[1] + times * by * y];
             }

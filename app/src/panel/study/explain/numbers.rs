@@ -101,7 +101,7 @@ impl Verdict {
 
     fn words(self) -> String {
         match self {
-            Self::TooFew(hits) => format!("too few hits ({})", three_digits(hits)),
+            Self::TooFew(hits) => format!("{} hits", three_digits(hits)),
             Self::Agrees(sigmas) => format!("agrees, {sigmas:.1} \u{3c3}"),
             Self::Off(sigmas) => format!("{sigmas:.1} \u{3c3} off"),
         }
@@ -142,10 +142,9 @@ fn rows(place: &Place, subject: &Subject<'_>) -> [Row; 4] {
                 && Place::of(frame, place.pixel).is_some_and(|there| there.is_same(place))
         };
         match frames.iter().find(shows) {
-            Some(frame) => Row {
-                estimator: frame.request().settings.estimator,
-                measured: Measured::of(frame, place.pixel),
-            },
+            Some(frame) => {
+                Row { estimator: frame.request().settings.estimator, measured: Measured::of(frame, place.pixel) }
+            }
             None => Row { estimator: Estimator { strategy, ..place.settings.estimator }, measured: None },
         }
     })
@@ -192,7 +191,8 @@ fn surface_ui(ui: &mut Ui, surface: &Surface) {
     let [x, y, z] = surface.normal.to_array().map(|v| format!("{v:.2}").replace('-', "\u{2212}"));
     ui.label(format!("Surface {}, {lobe}", surface.name));
     ui.label(format!("Seen {tilt:.1}\u{b0} from its normal ({x}, {y}, {z})"));
-    ui.label(highlight_words(surface)).hint("The direction in which a mirror would reflect is about the peak of the lobe.");
+    ui.label(highlight_words(surface))
+        .hint("The direction in which a mirror would reflect is about the peak of the lobe.");
 }
 
 /// Which light its highlight is.
@@ -202,7 +202,10 @@ fn highlight_words(surface: &Surface) -> String {
     if light.off <= light.radius {
         format!("Highlight of {}: the mirror direction hits it", light.name)
     } else {
-        format!("Nearest highlight: {}, {off:.1}\u{b0} off the mirror direction (its radius {radius:.1}\u{b0})", light.name)
+        format!(
+            "Nearest highlight: {}, {off:.1}\u{b0} off the mirror direction (its radius {radius:.1}\u{b0})",
+            light.name
+        )
     }
 }
 
@@ -214,7 +217,7 @@ fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: &[Exact; 
             ("", ""),
             ("\u{3c3} exact", "Standard deviation of the luminance of one sample, by quadrature: \u{221a}(E Y\u{b2} \u{2212} (E Y)\u{b2})."),
             ("per ray", "The same at equal rays: times \u{221a}2 where a sample costs two rays."),
-            ("\u{3c3} measured", "Standard deviation of the picture's samples in this pixel."),
+            ("\u{3c3} seen", "Standard deviation of the picture's samples in this pixel."),
             ("mean", "The picture's mean \u{b1} exact \u{3c3} / \u{221a}n."),
             ("", ""),
         ] {
@@ -274,7 +277,8 @@ fn remark(
 
 /// How exact it is by now.
 pub fn how(tables: &PixelTables) -> String {
-    let points = if tables.count == 1 { "at its centre".to_owned() } else { format!("at {} points of the pixel", tables.count) };
+    let points =
+        if tables.count == 1 { "at its centre".to_owned() } else { format!("at {} points of the pixel", tables.count) };
     let tolerance = if tables.tolerance.is_finite() {
         format!(", to {} %", two_digits(100.0 * tables.tolerance))
     } else {

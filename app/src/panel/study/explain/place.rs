@@ -37,7 +37,9 @@ impl Place {
 
     /// Whether the same is seen there, whatever is estimated and sampled.
     pub fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.scene, &other.scene) && self.settings.image == other.settings.image && self.pixel == other.pixel
+        Arc::ptr_eq(&self.scene, &other.scene)
+            && self.settings.image == other.settings.image
+            && self.pixel == other.pixel
     }
 
     /// What the camera sees at a point of the pixel, in [0, 1] from its upper left corner.
@@ -125,6 +127,7 @@ impl Facts {
     }
 
     /// The surface, if there is one.
+    #[cfg(test)]
     pub fn surface(&self) -> Option<&Surface> {
         match self {
             Self::Surface(surface) => Some(surface),

@@ -115,7 +115,8 @@ mod tests {
             let request = Request { scene: place.scene.clone(), settings: place.settings.clone() };
             let frame = mislab_renderer::render(&request, 1, &mut |_| {}).expect("the shipped scene renders");
             let samples = Samples::new(&place, 16, &mut || true).expect("wanted");
-            let sum = |k: usize| samples.list.iter().flat_map(|s| &s.rays).map(|ray| f64::from(ray.value[k])).sum::<f64>();
+            let sum =
+                |k: usize| samples.list.iter().flat_map(|s| &s.rays).map(|ray| f64::from(ray.value[k])).sum::<f64>();
             for (k, channel) in [Channel::R, Channel::G, Channel::B].into_iter().enumerate() {
                 let film = f64::from(frame.pixel(place.pixel[0], place.pixel[1], channel).expect("inside"));
                 assert!((sum(k) / 16.0 - film).abs() <= 1e-6 * film, "{strategy:?}: {}, film {film}", sum(k) / 16.0);
@@ -126,7 +127,10 @@ mod tests {
                     Technique::Light => light,
                     Technique::Bsdf => bsdf,
                 };
-                assert!((own.value - ray.value).length() <= 1e-5 * ray.value.length(), "{strategy:?}: {own:?}, {ray:?}");
+                assert!(
+                    (own.value - ray.value).length() <= 1e-5 * ray.value.length(),
+                    "{strategy:?}: {own:?}, {ray:?}"
+                );
                 if strategy == Strategy::MisAll || strategy == Strategy::Mis {
                     assert!((light.weight + bsdf.weight - 1.0).abs() < 1e-6, "weights of a direction sum to one");
                 }

@@ -92,14 +92,19 @@ pub fn slice_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, out: &mut Vec
     };
     let curves: Vec<Curve> = Curve::ALL.into_iter().filter(|curve| !slice.hidden.contains(curve)).collect();
     let drawing = Drawing { shown, circle, light, lobe, range: slice.range, trace: &trace, curves, log: slice.log };
-    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + 3.0 * ui.text_style_height(&egui::TextStyle::Small) + 3.0 * GRID;
+    let foot =
+        2.0 * (ui.spacing().interact_size.y + GRID) + 3.0 * ui.text_style_height(&egui::TextStyle::Small) + 3.0 * GRID;
     let size = vec2(ui.available_width(), (ui.available_height() - foot).max(220.0));
     let reading = plot_ui(ui, &drawing, size, out);
     legend_ui(ui, slice, &shown.estimator);
     let resolution = if trace.is_fine() { "" } else { " Coarse so far \u{2026}" };
     let words = reading.map_or_else(
         || {
-            let scale = if slice.log { "f: luminance/sr; p: 1/sr; f / d: luminance." } else { "Each curve over its own largest value." };
+            let scale = if slice.log {
+                "f: luminance/sr; p: 1/sr; f / d: luminance."
+            } else {
+                "Each curve over its own largest value."
+            };
             format!("Angle from the mirror direction. {scale} Dots: samples, as large as what they add.{resolution}")
         },
         |seen| words(seen.angle, &seen.seen, shown),
@@ -109,7 +114,8 @@ pub fn slice_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, out: &mut Vec
 
 /// What there is at an angle.
 fn words(angle: f64, seen: &Direction, shown: &Shown<'_>) -> String {
-    let name = |shape: usize| shown.surface.lights.iter().find(|light| light.shape == shape).map(|light| light.name.as_str());
+    let name =
+        |shape: usize| shown.surface.lights.iter().find(|light| light.shape == shape).map(|light| light.name.as_str());
     let hit = seen.hit.filter(|_| seen.visible).and_then(|hit| name(hit.shape)).unwrap_or("no light");
     let [light, _] = seen.weighted(&shown.estimator);
     let value = |curve: Curve| short(curve.value(seen, &shown.estimator));
@@ -152,7 +158,9 @@ fn head_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, light: &LightSeen)
             }
         });
         response.response.widget_info(|| egui::WidgetInfo::labeled(Role::ComboBox, true, "Light of the slice"));
-        response.response.hint("The circle of directions passes through the mirror direction and the middle of this light.");
+        response
+            .response
+            .hint("The circle of directions passes through the mirror direction and the middle of this light.");
         let turn = ParamSlider {
             name: "Turn",
             label_width: 36.0,
@@ -164,7 +172,9 @@ fn head_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, light: &LightSeen)
             unit: "\u{b0}",
             accent: None,
             zero_text: "",
-            explain: &|ui| drop(ui.label("Turns the circle about the mirror direction: at 0 it passes through the light.")),
+            explain: &|ui| {
+                drop(ui.label("Turns the circle about the mirror direction: at 0 it passes through the light."))
+            },
         };
         if let Some(turn) = turn.show(ui).changed {
             slice.turn = turn;

@@ -1,7 +1,8 @@
 //! The slice on screen: curves over the angle, under them weights, lights, the lobe and samples, with edges to drag.
 
 use eframe::egui::{
-    self, Align2, Color32, CursorIcon, Painter, Rect, Role, Sense, Shape, Stroke, StrokeKind, TextStyle, Ui, Vec2, pos2, vec2,
+    self, Align2, Color32, CursorIcon, Painter, Rect, Role, Sense, Shape, Stroke, StrokeKind, TextStyle, Ui, Vec2,
+    pos2, vec2,
 };
 use mislab_renderer::inspect::{Replayed, Technique};
 use mislab_renderer::{Estimator, Strategy};
@@ -149,8 +150,8 @@ fn curves_ui(ui: &Ui, drawing: &Drawing<'_>, axes: &Axes) {
         };
         let points: Vec<_> = values(drawing, curve).map(|(angle, value)| axes.at([angle, height(value)])).collect();
         match curve {
-            Curve::F => drop(painter.add(Shape::line(points, Stroke::new(2.5, ink)))),
-            Curve::PLight | Curve::PBsdf => drop(painter.add(Shape::line(points, Stroke::new(2.0, ink)))),
+            Curve::F => painter.extend([Shape::line(points, Stroke::new(2.5, ink))]),
+            Curve::PLight | Curve::PBsdf => painter.extend([Shape::line(points, Stroke::new(2.0, ink))]),
             Curve::Mixture => painter.extend(Shape::dashed_line(&points, Stroke::new(2.0, ink), 2.0 * GRID, GRID)),
             Curve::ByLight => painter.extend(Shape::dotted_line(&points, ink, 1.5 * GRID, 1.6)),
             Curve::ByBsdf => painter.extend(Shape::dotted_line(&points, ink, 2.5 * GRID, 1.6)),
@@ -177,9 +178,11 @@ fn weights_ui(ui: &Ui, drawing: &Drawing<'_>, plan: &Plan, degrees: [f64; 2]) {
         return;
     }
     for (t, ink) in [(1, inks.bsdf.gamma_multiply(0.6)), (0, inks.light)] {
-        let points = drawing.trace.sights.iter().map(|sight| {
-            axes.at([sight.angle.to_degrees(), f64::from(sight.seen.weighted(estimator)[t].weight)])
-        });
+        let points = drawing
+            .trace
+            .sights
+            .iter()
+            .map(|sight| axes.at([sight.angle.to_degrees(), f64::from(sight.seen.weighted(estimator)[t].weight)]));
         painter.add(Shape::line(points.collect(), Stroke::new(2.0, ink)));
     }
 }
@@ -260,7 +263,11 @@ fn edge_ui(ui: &mut Ui, axes: &Axes, strip: Rect, at: f64, name: &str) -> Option
     let response = ui.interact(rect, id, Sense::drag());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Splitter, true, name));
     let handle = Rect::from_center_size(rect.center(), vec2(5.0, strip.height()));
-    let fill = if response.hovered() || response.dragged() { ui.visuals().strong_text_color() } else { ui.visuals().text_color() };
+    let fill = if response.hovered() || response.dragged() {
+        ui.visuals().strong_text_color()
+    } else {
+        ui.visuals().text_color()
+    };
     ui.painter().rect(handle, 2.0, fill, Stroke::new(1.0, ui.visuals().panel_fill), StrokeKind::Outside);
     let response = response.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
     let pointer = response.interact_pointer_pos()?;
@@ -290,14 +297,17 @@ fn samples_ui(ui: &Ui, drawing: &Drawing<'_>, plan: &Plan, axes: &Axes) {
 }
 
 /// A sample: filled as far as it adds something, else a hollow point.
-pub fn dot(painter: &Painter, at: egui::Pos2, technique: Technique, radius: f32, ink: Color32) {
-    let (fill, edge) = if radius > 0.0 { (ink.gamma_multiply(0.7), ink) } else { (Color32::TRANSPARENT, ink.gamma_multiply(0.7)) };
+fn dot(painter: &Painter, at: egui::Pos2, technique: Technique, radius: f32, ink: Color32) {
+    let (fill, edge) =
+        if radius > 0.0 { (ink.gamma_multiply(0.7), ink) } else { (Color32::TRANSPARENT, ink.gamma_multiply(0.7)) };
     let (radius, stroke) = (radius.max(2.0), Stroke::new(1.0, edge));
     match technique {
-        Technique::Light => drop(painter.circle(at, radius, fill, stroke)),
+        Technique::Light => {
+            painter.circle(at, radius, fill, stroke);
+        }
         Technique::Bsdf => {
             let square = Rect::from_center_size(at, Vec2::splat(1.8 * radius));
-            drop(painter.rect(square, 0.0, fill, stroke, StrokeKind::Middle));
+            painter.rect(square, 0.0, fill, stroke, StrokeKind::Middle);
         }
     }
 }

@@ -76,7 +76,8 @@ impl PixelTables {
             }
         }
         let facts = before.map_or_else(|| Facts::of(place), |before| before.facts.clone());
-        let mut tables = Self { place: place.clone(), facts, count: side * side, tolerance: f64::INFINITY, parts, round };
+        let mut tables =
+            Self { place: place.clone(), facts, count: side * side, tolerance: f64::INFINITY, parts, round };
         if let Some(before) = before {
             tables.tolerance = error + tables.change(before);
         }
@@ -88,7 +89,8 @@ impl PixelTables {
         let each = Strategy::ALL.into_iter().map(|strategy| {
             let estimator = Estimator { strategy, ..Estimator::default() };
             let [new, old] = [self, before].map(|tables| tables.sample(&estimator));
-            let relative = |new: f64, old: f64| if new == old { 0.0 } else { (new - old).abs() / new.abs().max(old.abs()) };
+            let relative =
+                |new: f64, old: f64| if new == old { 0.0 } else { (new - old).abs() / new.abs().max(old.abs()) };
             // A deviation far below the mean does not matter to anybody.
             let deviation = |exact: Exact| exact.variance.sqrt().max(1e-6 * exact.mean);
             relative(new.mean, old.mean).max(relative(deviation(new), deviation(old)))
@@ -196,6 +198,7 @@ impl TablesJob {
 
 #[cfg(test)]
 pub mod tests {
+    use super::super::place::Surface;
     use super::*;
     use mislab_renderer::kernel::world::BuiltScene;
     use mislab_renderer::pbrt::embedded_scene;
@@ -212,9 +215,14 @@ pub mod tests {
         Place { scene: Arc::new(file.scene), built: Arc::new(built), settings, pixel }
     }
 
+    /// The first round of it.
+    pub fn first(place: &Place) -> PixelTables {
+        PixelTables::new(place, 0, None, &mut || true).expect("wanted")
+    }
+
     /// All rounds of it.
     pub fn tables(place: &Place) -> PixelTables {
-        let mut tables = PixelTables::new(place, 0, None, &mut || true).expect("wanted");
+        let mut tables = first(place);
         while let Some(round) = tables.next_round() {
             tables = PixelTables::new(place, round, Some(&tables), &mut || true).expect("wanted");
         }
@@ -234,7 +242,7 @@ pub mod tests {
     #[test]
     fn the_first_round_is_the_librarys_moments_at_the_centre() {
         let place = place();
-        let first = PixelTables::new(&place, 0, None, &mut || true).expect("wanted");
+        let first = first(&place);
         let table = place.point().expect("a plate").tabulate(&ROUNDS[0].1);
         for strategy in Strategy::ALL {
             let estimator = Estimator { strategy, ..place.settings.estimator };
@@ -244,8 +252,6 @@ pub mod tests {
         assert_eq!(first.facts.surface().expect("a plate").name, "plate3");
         assert_eq!(first.facts.surface().and_then(Surface::highlight).expect("lights").name, "light2");
     }
-
-    use super::super::place::Surface;
 
     /// Mean and variance over the pixel against 20 000 independent samples, at 5 standard errors: 8 comparisons, so that
     /// chance alone fails one of 200 000 seeds.
@@ -264,7 +270,9 @@ pub mod tests {
             let values: Vec<f64> = (0..n)
                 .map(|i| {
                     let how = Lanewise::best();
-                    f64::from(mislab_renderer::inspect::replay(how, &place.built, &place.settings, place.pixel, i).luminance)
+                    f64::from(
+                        mislab_renderer::inspect::replay(how, &place.built, &place.settings, place.pixel, i).luminance,
+                    )
                 })
                 .collect();
             let n = f64::from(n);
