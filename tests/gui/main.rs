@@ -3,6 +3,7 @@
 mod against;
 mod controls;
 mod convergence;
+mod explain;
 mod export;
 mod exr_slot;
 mod files;

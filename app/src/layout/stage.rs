@@ -61,7 +61,7 @@ fn pane_ui(ui: &mut Ui, lab: &mut Lab, slot: usize, [viewport, clip]: [Rect; 2],
         cursor: panes.cursor(),
         hovered: panes.hovered(),
         pinning: studies.open == Some(Study::Explain),
-        pinned: studies.explain.pinned().filter(|_| studies.open == Some(Study::Explain)),
+        marked: studies.explain.marked().filter(|_| studies.open == Some(Study::Explain)),
     };
     ui.scope_builder(UiBuilder::new().id_salt(("picture", slot)).max_rect(viewport), |ui| {
         ui.set_clip_rect(clip.intersect(ui.clip_rect()));

@@ -43,8 +43,8 @@ pub struct Subject<'a> {
     pub hovered: Option<Target>,
     /// A click pins the pixel under the mouse.
     pub pinning: bool,
-    /// The pixel that is pinned, in coordinates of the full image.
-    pub pinned: Option<[u32; 2]>,
+    /// The pixel that is explained, in coordinates of the full image.
+    pub marked: Option<[u32; 2]>,
 }
 
 /// One picture on screen.
@@ -168,8 +168,8 @@ impl Pane {
             if let Some(at) = self.read.filter(|_| self.own_pixel.is_none()) {
                 cursor(ui, rect, geometry.to_screen(at.map(|i| i as f32 + 0.5)));
             }
-            if let Some(at) = on.pinned.map(|at| same_place(at, [image, size])) {
-                pin(ui, rect, &geometry, at);
+            if let Some(at) = on.marked.map(|at| same_place(at, [image, size])) {
+                mark(ui, rect, &geometry, at);
             }
         }
         if let Content::Frame(frame) = &content {
@@ -237,8 +237,8 @@ fn cursor(ui: &Ui, rect: Rect, at: egui::Pos2) {
     }
 }
 
-/// A ring around the pixel that is pinned, and around its square once that is larger.
-fn pin(ui: &Ui, rect: Rect, geometry: &Geometry, at: [u32; 2]) {
+/// A ring around the pixel that is explained, and around its square once that is larger.
+fn mark(ui: &Ui, rect: Rect, geometry: &Geometry, at: [u32; 2]) {
     let painter = ui.painter_at(rect);
     let centre = geometry.to_screen(at.map(|i| i as f32 + 0.5));
     let radius = (0.75 * geometry.scale / geometry.pixels_per_point).max(2.0 * GRID);
@@ -246,11 +246,12 @@ fn pin(ui: &Ui, rect: Rect, geometry: &Geometry, at: [u32; 2]) {
     painter.circle_stroke(centre, radius, (2.0, egui::Color32::WHITE));
     let response = ui.interact(
         Rect::from_center_size(centre, egui::Vec2::splat(2.0 * radius)).intersect(rect),
-        ui.scope_id().with("pin"),
+        ui.scope_id().with("explained pixel"),
         egui::Sense::empty(),
     );
     let [x, y] = at;
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("Pinned pixel: x {x}, y {y}")));
+    response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("Explained pixel: x {x}, y {y}")));
 }
 
 /// A sentence over the middle of the picture, where there is nothing to see.

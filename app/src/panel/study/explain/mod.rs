@@ -3,6 +3,7 @@
 mod axis;
 mod circle;
 mod curves;
+mod first;
 mod number;
 mod numbers;
 mod over_c;
@@ -19,6 +20,7 @@ mod trace;
 
 use eframe::egui::{Context, Key, Modifiers, Ui};
 
+use self::first::FirstPixel;
 use self::numbers::{Numbers, numbers_ui};
 use self::over_c::OverCJob;
 use self::over_c_ui::over_c_ui;
@@ -77,6 +79,9 @@ pub struct Explain {
     pinned: Option<[u32; 2]>,
     /// The last one under the mouse: it stays when the mouse comes here.
     last: Option<[u32; 2]>,
+    /// The one that is shown, where no mouse is on it.
+    marked: Option<[u32; 2]>,
+    first: FirstPixel,
     tab: Tab,
     tables: TablesJob,
     numbers: Numbers,
@@ -87,9 +92,9 @@ pub struct Explain {
 }
 
 impl Explain {
-    /// The pixel that is pinned.
-    pub fn pinned(&self) -> Option<[u32; 2]> {
-        self.pinned
+    /// The pixel that is to be marked in the pictures.
+    pub fn marked(&self) -> Option<[u32; 2]> {
+        self.marked
     }
 
     /// Stays with that pixel; `None` follows the mouse again.
@@ -99,11 +104,14 @@ impl Explain {
 
     /// Lets the pinned pixel go. False if there is none.
     pub fn step_back(&mut self) -> bool {
-        self.pinned.take().is_some()
+        let pinned = self.pinned.take();
+        self.last = pinned.or(self.last);
+        pinned.is_some()
     }
 
     /// Not on screen: nothing is worked out for it.
     pub fn rest(&mut self) {
+        self.first.rest();
         self.tables.rest();
         self.numbers.rest();
         self.slice.rest();
@@ -111,10 +119,10 @@ impl Explain {
         self.over_c.rest();
     }
 
-    /// The pixel that it is about.
-    fn pixel(&mut self, cursor: Option<[u32; 2]>) -> Option<[u32; 2]> {
-        self.last = cursor.or(self.last);
-        self.pinned.or(self.last)
+    /// The pixel that it is about: the one that is pinned or under the mouse, or before there is any, a highlight.
+    fn pixel(&mut self, ctx: &Context, subject: &Subject<'_>) -> Option<[u32; 2]> {
+        self.last = subject.cursor.or(self.last);
+        self.pinned.or(self.last).or_else(|| self.first.of(ctx, subject.document))
     }
 }
 
@@ -122,9 +130,16 @@ impl Explain {
 pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: &mut Vec<Command>) {
     step(ui.ctx(), study, subject, out);
     let frame = subject.pictures[subject.document.active_index()].frame();
-    let place = study.pixel(subject.cursor).zip(frame.as_ref()).and_then(|(pixel, frame)| Place::of(frame, pixel));
+    let place = study.pixel(ui.ctx(), subject).zip(frame.as_ref()).and_then(|(pixel, frame)| Place::of(frame, pixel));
     let moving = study.pinned.is_none() && is_moving(ui.ctx());
     let tables = place.as_ref().and_then(|place| study.tables.of(ui.ctx(), place, moving));
+    let shown = tables.as_ref().map(|tables| tables.place.pixel);
+    let marked = shown.filter(|_| study.pinned.is_some() || subject.cursor.is_none());
+    if marked != study.marked {
+        // The pictures of this pass have been drawn.
+        study.marked = marked;
+        ui.ctx().request_repaint_after(std::time::Duration::from_millis(1));
+    }
     // What is shown is said, also while another pixel is being worked out.
     let name = tables.as_ref().map_or_else(
         || "A pixel".to_owned(),
@@ -133,8 +148,11 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
             format!("Pixel x {x}, y {y}")
         },
     );
-    let note =
-        if study.pinned.is_some() { "pinned: arrow keys move, Escape lets go" } else { "a click in the picture pins" };
+    let note = if study.pinned.is_some() {
+        "pinned: arrow keys move, Escape lets go"
+    } else {
+        "a click in the picture pins, arrow keys move"
+    };
     title_with_note(ui, &name, note);
     let (Some(place), Some(tables), Some(frame)) = (place, tables, frame) else {
         let file = subject.document.active().is_file();
@@ -168,7 +186,7 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
             Some(over_c) => over_c_ui(ui, &over_c, &shown, subject, out),
             None => drop(caption(ui, "Working \u{2026}")),
         },
-        Tab::Sample => sample_ui(ui, &mut study.sample, &shown, tables.truth()),
+        Tab::Sample => sample_ui(ui, &mut study.sample, &shown, tables.truth),
         Tab::Sketch => sketch_ui(ui, &shown),
     }
 }
@@ -183,9 +201,10 @@ fn is_moving(ctx: &Context) -> bool {
     moving
 }
 
-/// Arrow keys move the pinned pixel, with Shift by ten. What the keyboard is on has them first.
+/// Arrow keys move the pixel that is pinned, or pin the one that is shown beside it; with Shift by ten. What the keyboard is on has them first.
 fn step(ctx: &Context, study: &Explain, subject: &Subject<'_>, out: &mut Vec<Command>) {
-    let Some(pixel) = study.pinned.filter(|_| ctx.memory(|m| m.focused().is_none())) else { return };
+    let shown = study.pinned.or(study.marked);
+    let Some(pixel) = shown.filter(|_| ctx.memory(|m| m.focused().is_none())) else { return };
     let mut moved = pixel.map(i64::from);
     ctx.input_mut(|input| {
         for (modifiers, by) in [(Modifiers::SHIFT, 10), (Modifiers::NONE, 1)] {

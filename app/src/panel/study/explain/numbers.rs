@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Color32, Context, Grid, RichText, ScrollArea, TextStyle, Ui, vec2};
+use eframe::egui::{Context, Grid, RichText, ScrollArea, TextStyle, Ui, vec2};
 use mislab_renderer::{Channel, Estimator, Frame, Strategy, step_aside};
 
 use super::number::short;
@@ -25,7 +25,14 @@ const SAME: f64 = 1e-3;
 
 /// Means and deviations of all strategies, worked out beside the pictures.
 pub struct Numbers {
-    job: Background<About, [Exact; 4]>,
+    job: Background<About, Found>,
+}
+
+/// What was found, and of which pixel.
+#[derive(Clone)]
+struct Found {
+    exact: [Exact; 4],
+    place: Place,
 }
 
 #[derive(Clone)]
@@ -101,7 +108,7 @@ impl Verdict {
 
     fn words(self) -> String {
         match self {
-            Self::TooFew(hits) => format!("{} hits", three_digits(hits)),
+            Self::TooFew(_) => "too few hits".to_owned(),
             Self::Agrees(sigmas) => format!("agrees, {sigmas:.1} \u{3c3}"),
             Self::Off(sigmas) => format!("{sigmas:.1} \u{3c3} off"),
         }
@@ -120,13 +127,18 @@ impl Numbers {
         self.job.rest();
     }
 
+    /// `None` until they are known of this pixel.
     fn exact(&mut self, ctx: &Context, tables: &Arc<PixelTables>, estimators: [Estimator; 4]) -> Option<[Exact; 4]> {
         let about = About { tables: tables.clone(), estimators };
         let found = self.job.of(ctx, about, |about, goes_on| {
             step_aside();
-            goes_on().then(|| about.estimators.map(|estimator| about.tables.sample(&estimator)))
+            goes_on().then(|| Found {
+                exact: about.estimators.map(|estimator| about.tables.sample(&estimator)),
+                place: about.tables.place.clone(),
+            })
         });
-        found.or_else(|| self.job.known().copied())
+        let found = found.as_ref().or_else(|| self.job.known());
+        found.filter(|found| found.place.is_same(&tables.place)).map(|found| found.exact)
     }
 }
 
@@ -155,16 +167,12 @@ pub fn numbers_ui(ui: &mut Ui, numbers: &mut Numbers, tables: &Arc<PixelTables>,
     ScrollArea::both().id_salt("numbers").auto_shrink(false).show(ui, |ui| {
         facts_ui(ui, &tables.facts);
         let rows = rows(place, subject);
-        let Some(exact) = numbers.exact(ui.ctx(), tables, rows.each_ref().map(|row| row.estimator)) else {
-            ui.label("Working \u{2026}");
-            return;
-        };
+        let exact = numbers.exact(ui.ctx(), tables, rows.each_ref().map(|row| row.estimator));
         ui.add_space(2.0 * GRID);
-        let truth = tables.truth();
-        ui.label(format!("Exact luminance of the pixel: {}", short(truth)))
+        ui.label(format!("Exact luminance of the pixel: {}", short(tables.truth)))
             .hint("The integral of f over all directions, averaged over the pixel, plus what it emits: no samples.");
         ui.add_space(GRID);
-        table_ui(ui, tables, &rows, &exact);
+        table_ui(ui, tables, &rows, exact.as_ref());
         ui.add_space(2.0 * GRID);
         caption(ui, how(tables));
         caption(ui, "\u{3c3}: standard deviation of one sample's luminance. Per ray: times \u{221a}2 for two rays. Mean \u{b1} standard \
@@ -202,16 +210,13 @@ fn highlight_words(surface: &Surface) -> String {
     if light.off <= light.radius {
         format!("Highlight of {}: the mirror direction hits it", light.name)
     } else {
-        format!(
-            "Nearest highlight: {}, {off:.1}\u{b0} off the mirror direction (its radius {radius:.1}\u{b0})",
-            light.name
-        )
+        format!("Nearest light: {} (radius {radius:.1}\u{b0}), {off:.1}\u{b0} off the mirror", light.name)
     }
 }
 
-fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: &[Exact; 4]) {
+/// `exact`: as far as it is known.
+fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: Option<&[Exact; 4]>) {
     let inks = Inks::of(ui.visuals());
-    let truth = tables.truth();
     Grid::new("exact and measured").num_columns(6).spacing(vec2(3.0 * GRID, GRID)).show(ui, |ui| {
         for (head, what) in [
             ("", ""),
@@ -228,17 +233,19 @@ fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: &[Exact; 
             }
         }
         ui.end_row();
-        for ((row, exact), strategy) in rows.iter().zip(exact).zip(Strategy::ALL) {
+        for (index, (row, strategy)) in rows.iter().zip(Strategy::ALL).enumerate() {
+            let exact = exact.map(|exact| exact[index]);
             let small = |text: String| RichText::new(text).text_style(TextStyle::Small);
             ui.label(small(strategy_name(strategy).to_owned()).color(inks.strategy(strategy)));
-            let deviation = exact.variance.sqrt();
-            ui.label(small(short(deviation)));
-            ui.label(small(short(deviation * f64::from(strategy.rays_per_sample()).sqrt())));
+            let deviation = exact.map(|exact| exact.variance.sqrt());
+            let times = |factor: f64| deviation.map_or_else(|| "\u{2026}".to_owned(), |deviation| short(factor * deviation));
+            ui.label(small(times(1.0)));
+            ui.label(small(times(f64::from(strategy.rays_per_sample()).sqrt())));
             match &row.measured {
                 Some(measured) => {
                     ui.label(small(measured.deviation.map_or_else(|| "\u{2013}".to_owned(), short)));
-                    let error = deviation / f64::from(measured.spp).sqrt();
-                    ui.label(small(format!("{} \u{b1} {}", short(measured.mean), short(error))));
+                    let error = times(1.0 / f64::from(measured.spp).sqrt());
+                    ui.label(small(format!("{} \u{b1} {error}", short(measured.mean))));
                 }
                 None => {
                     ui.label(small("\u{2013}".to_owned()));
@@ -246,32 +253,42 @@ fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: &[Exact; 
                         .hint("Lay out four pictures (Q) to measure all strategies.");
                 }
             }
-            let (words, ink) = remark(exact, truth, row.measured.as_ref(), tables.tolerance, inks.wrong);
-            let text = small(words);
-            ui.label(if let Some(ink) = ink { text.color(ink) } else { text });
+            // After the first round nobody knows how exact it is.
+            if let Some(exact) = exact.filter(|_| tables.tolerance.is_finite()) {
+                remark_ui(ui, &exact, row.measured.as_ref(), tables);
+            }
             ui.end_row();
         }
     });
 }
 
-/// What is to be said of a row, and whether it is wrong.
-fn remark(
-    exact: &Exact,
-    truth: f64,
-    measured: Option<&Measured>,
-    tolerance: f64,
-    wrong: Color32,
-) -> (String, Option<Color32>) {
-    let off = (exact.mean - truth) / truth;
-    let biased = truth > 0.0 && off.abs() > SAME.max(if tolerance.is_finite() { tolerance } else { SAME });
-    let verdict = measured.map(|measured| Verdict::new(measured, exact, tolerance.min(0.1)));
-    if biased {
-        return (format!("biased {:+.1} %", 100.0 * off).replace('-', "\u{2212}"), Some(wrong));
+/// Whether a strategy has another mean, and whether the picture has that of its strategy.
+fn remark_ui(ui: &mut Ui, exact: &Exact, measured: Option<&Measured>, tables: &PixelTables) {
+    let off = (exact.mean - tables.truth) / tables.truth;
+    let small = |text: String| RichText::new(text).text_style(TextStyle::Small);
+    let wrong = Inks::of(ui.visuals()).wrong;
+    if tables.truth > 0.0 && off.abs() > SAME.max(tables.tolerance) {
+        let words = format!("biased {:+.1} %", 100.0 * off).replace('-', "\u{2212}");
+        ui.label(small(words).color(wrong)).hint("Its mean is another one, however many samples there are.");
+        return;
     }
+    let Some(verdict) = measured.map(|measured| Verdict::new(measured, exact, tables.tolerance)) else { return };
+    let text = small(verdict.words());
     match verdict {
-        Some(verdict @ Verdict::Off(_)) => (verdict.words(), Some(wrong)),
-        Some(verdict @ (Verdict::TooFew(_) | Verdict::Agrees(_))) => (verdict.words(), None),
-        None => (String::new(), None),
+        Verdict::TooFew(hits) => {
+            let hits = three_digits(hits);
+            ui.label(text)
+                .hint(format!("Only {hits} samples that carry light are to be expected so far: nothing is known yet."));
+        }
+        Verdict::Agrees(_) => {
+            ui.label(text)
+                .hint("So many standard errors between the picture's mean and the exact one; up to 3 are chance.");
+        }
+        Verdict::Off(_) => {
+            let rare = "More than 3 standard errors: chance does that once in 370 pixels, and more often where bright \
+                        samples are rare.";
+            ui.label(text.color(wrong)).hint(rare);
+        }
     }
 }
 

@@ -8,10 +8,9 @@ use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy, step_asi
 use super::tables::PixelTables;
 use crate::picture::background::Background;
 
-/// Places along the axis, denser towards both ends, where the curves are steep.
-const PLACES: usize = 33;
-/// Steps of the search for the least: each leaves 0.62 of the interval.
-const STEPS: usize = 14;
+/// Places along the axis in each round, denser towards both ends, where the curves are steep; and steps of the search for
+/// the least, each of which leaves 0.62 of the interval.
+const ROUNDS: [(usize, usize); 2] = [(9, 0), (33, 14)];
 /// A mean that is off by more than this is another one's.
 const SAME: f64 = 1e-4;
 
@@ -27,6 +26,8 @@ pub struct OverC {
     pub best: [Option<[f64; 2]>; 2],
     /// Of light samples alone, of BSDF samples alone, and of both at equal rays.
     pub others: [Option<f64>; 3],
+    heuristic: Heuristic,
+    round: usize,
 }
 
 /// The variance of one ray over the squared mean; `None` where the mean is another one, or 0.
@@ -37,10 +38,10 @@ pub fn relative(tables: &PixelTables, truth: f64, estimator: &Estimator) -> Opti
 }
 
 impl OverC {
-    fn new(tables: &Arc<PixelTables>, heuristic: Heuristic, goes_on: &mut dyn FnMut() -> bool) -> Option<Self> {
-        let truth = tables.truth();
+    fn new(About { tables, heuristic, round }: &About, goes_on: &mut dyn FnMut() -> bool) -> Option<Self> {
+        let (truth, heuristic, (places, steps)) = (tables.truth, *heuristic, ROUNDS[*round]);
         let c: Vec<f64> =
-            (0..PLACES).map(|i| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / (PLACES - 1) as f64).cos()).collect();
+            (0..places).map(|i| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / (places - 1) as f64).cos()).collect();
         let mut curves = [Vec::new(), Vec::new()];
         let mut best = [None; 2];
         for ((curve, best), weights) in curves.iter_mut().zip(&mut best).zip(OneSampleWeights::ALL) {
@@ -51,22 +52,33 @@ impl OverC {
             for &c in &c {
                 curve.push(at(c)?);
             }
-            *best = least(&c, curve, &mut at)?;
+            *best = least(&c, curve, steps, &mut at)?;
         }
         let [light, bsdf, both] = [Strategy::Light, Strategy::Bsdf, Strategy::MisAll]
             .map(|strategy| relative(tables, truth, &Estimator { strategy, heuristic, ..Estimator::default() }));
-        Some(Self { tables: tables.clone(), c, curves, best, others: [light, bsdf, both] })
+        let others = [light, bsdf, both];
+        Some(Self { tables: tables.clone(), c, curves, best, others, heuristic, round: *round })
+    }
+
+    /// Whether nothing finer will come.
+    pub fn is_fine(&self) -> bool {
+        self.round + 1 == ROUNDS.len() && self.tables.is_final()
     }
 }
 
 /// Where a curve is least, between its places too. `None` within if nobody wants it any more.
-fn least(c: &[f64], curve: &[Option<f64>], at: &mut dyn FnMut(f64) -> Option<Option<f64>>) -> Option<Option<[f64; 2]>> {
+fn least(
+    c: &[f64],
+    curve: &[Option<f64>],
+    steps: usize,
+    at: &mut dyn FnMut(f64) -> Option<Option<f64>>,
+) -> Option<Option<[f64; 2]>> {
     let known = || (0..c.len()).filter_map(|i| Some((i, curve[i]?)));
     let Some((index, value)) = known().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Some(None) };
     let (mut low, mut high) = (c[index.saturating_sub(1)], c[(index + 1).min(c.len() - 1)]);
     let mut best = [c[index], value];
     let ratio = 0.5 * (5.0f64.sqrt() - 1.0);
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         let inner = [high - ratio * (high - low), low + ratio * (high - low)];
         let [left, right] = [at(inner[0])?, at(inner[1])?].map(|value| value.unwrap_or(f64::INFINITY));
         for (c, value) in inner.into_iter().zip([left, right]) {
@@ -86,11 +98,12 @@ pub struct OverCJob(Background<About, Arc<OverC>>);
 struct About {
     tables: Arc<PixelTables>,
     heuristic: Heuristic,
+    round: usize,
 }
 
 impl PartialEq for About {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.tables, &other.tables) && self.heuristic == other.heuristic
+        Arc::ptr_eq(&self.tables, &other.tables) && (self.heuristic, self.round) == (other.heuristic, other.round)
     }
 }
 
@@ -103,10 +116,15 @@ impl Default for OverCJob {
 impl OverCJob {
     /// Of a pixel; until they are known, those that were before.
     pub fn of(&mut self, ctx: &Context, tables: &Arc<PixelTables>, heuristic: Heuristic) -> Option<Arc<OverC>> {
-        let about = About { tables: tables.clone(), heuristic };
-        let found = self.0.of(ctx, about, |about, goes_on| {
+        let of_these = |over_c: &&Arc<OverC>| Arc::ptr_eq(&over_c.tables, tables) && over_c.heuristic == heuristic;
+        let round = match self.0.known().filter(of_these) {
+            None => 0,
+            Some(over_c) if over_c.round + 1 < ROUNDS.len() => over_c.round + 1,
+            Some(over_c) => return Some(over_c.clone()),
+        };
+        let found = self.0.of(ctx, About { tables: tables.clone(), heuristic, round }, |about, goes_on| {
             step_aside();
-            OverC::new(&about.tables, about.heuristic, goes_on).map(Arc::new)
+            OverC::new(about, goes_on).map(Arc::new)
         });
         found.or_else(|| self.0.known().cloned())
     }
@@ -130,8 +148,9 @@ mod tests {
         let tables = Arc::new(first(&place));
         let accuracy = Accuracy { relative_error: 1e-2, evaluations: 10_000 };
         let table = place.point().expect("a plate").tabulate(&accuracy);
-        let over_c = OverC::new(&tables, Heuristic::Balance, &mut || true).expect("wanted");
-        let truth = tables.truth();
+        let about = About { tables, heuristic: Heuristic::Balance, round: 1 };
+        let over_c = OverC::new(&about, &mut || true).expect("wanted");
+        let truth = over_c.tables.truth;
         for (best, weights) in over_c.best.iter().zip(OneSampleWeights::ALL) {
             let [c, variance] = best.expect("light arrives");
             let library = table.best_c(Heuristic::Balance, weights).expect("light arrives");
@@ -143,9 +162,12 @@ mod tests {
         let veach = &over_c.curves[0];
         assert_eq!(OneSampleWeights::ALL[0], OneSampleWeights::Veach);
         assert!((veach[0].expect("unbiased") - bsdf).abs() < 1e-6 * bsdf, "at c = 0 it is BSDF samples alone");
-        assert!((veach[PLACES - 1].expect("unbiased") - light).abs() < 1e-6 * light, "at c = 1 light samples alone");
+        assert!(
+            (veach[veach.len() - 1].expect("unbiased") - light).abs() < 1e-6 * light,
+            "at c = 1 light samples alone"
+        );
         assert!(both > 0.0);
         let tutorial = &over_c.curves[1];
-        assert_eq!([tutorial[0], tutorial[PLACES - 1]], [None, None], "biased at both ends");
+        assert_eq!([tutorial[0], tutorial[tutorial.len() - 1]], [None, None], "biased at both ends");
     }
 }

@@ -20,8 +20,11 @@ use crate::panel::widgets::caption;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
 
-/// Draws them.
+/// Draws them; faintly while they are still those of another pixel or scene.
 pub fn over_c_ui(ui: &mut Ui, over_c: &OverC, shown: &Shown<'_>, subject: &Subject<'_>, out: &mut Vec<Command>) {
+    if !over_c.tables.place.is_same(shown.place) {
+        ui.multiply_opacity(0.5);
+    }
     let best = over_c.best[index(shown.estimator.weights)];
     let Some(best) = best else {
         ui.label("No light arrives here: there is no best c.");
@@ -63,7 +66,7 @@ struct Point {
 
 /// Of the pictures of the one-sample model with the same heuristic.
 fn measured(over_c: &OverC, shown: &Shown<'_>, subject: &Subject<'_>) -> Vec<Point> {
-    let truth = over_c.tables.truth();
+    let truth = over_c.tables.truth;
     let of = |(slot, live): (usize, &crate::picture::live::LivePicture)| {
         let frame = live.current_frame()?;
         let estimator = frame.request().settings.estimator;
@@ -108,9 +111,10 @@ fn curves_ui(ui: &Ui, over_c: &OverC, shown: &Shown<'_>, axes: &Axes) {
     if let Some(both) = both.filter(|v| *v > 0.0) {
         let ink = inks.strategy(Strategy::MisAll);
         axes.guide(&painter, [0.5, both.log10()], 0.0, Stroke::new(1.5, ink));
-        let at = axes.at([0.5, both.log10()]) - vec2(0.0, 0.5 * GRID);
+        // Where c is small, the curves mostly lie above it.
+        let at = axes.at([0.02, both.log10()]) + vec2(0.0, 0.5 * GRID);
         let name = format!("{}, at equal rays", strategy_name(Strategy::MisAll));
-        painter.text(at, Align2::CENTER_BOTTOM, name, font.clone(), ink);
+        painter.text(at, Align2::LEFT_TOP, name, font.clone(), ink);
     }
     let ink = inks.strategy(Strategy::Mis);
     for (curve, weights) in over_c.curves.iter().zip(OneSampleWeights::ALL) {
@@ -209,8 +213,9 @@ fn words_ui(ui: &mut Ui, over_c: &OverC, shown: &Shown<'_>, [best, least]: [f64;
         ui,
         format!(
             "Solid: weights {solid}; dashed: {dashed}. Dots: measured, with two standard errors by the fourth moment of the \
-             samples so far, which misses fireflies still to come. {}",
-            how(tables)
+             samples so far, which misses fireflies still to come. {}{}",
+            how(tables),
+            if over_c.is_fine() || !tables.is_final() { "" } else { " Few places so far \u{2026}" },
         ),
     );
 }

@@ -63,6 +63,7 @@ pub fn sketch_ui(ui: &mut Ui, shown: &Shown<'_>) {
     let font = TextStyle::Small.resolve(ui.style());
 
     // The lights behind everything, as wide as they are seen.
+    let mut corner = 2.0 * GRID;
     for light in &shown.surface.lights {
         let (middle, off) = (plane.angle(light.centre), plane.off(light.centre));
         let strength = if off <= light.radius { 0.5 } else { 0.2 };
@@ -70,13 +71,14 @@ pub fn sketch_ui(ui: &mut Ui, shown: &Shown<'_>) {
         let mut cone = vec![origin];
         cone.extend((0..=24).map(|i| at(ends[0] + (ends[1] - ends[0]) * f64::from(i) / 24.0, 1.0)));
         painter.add(Shape::convex_polygon(cone, inks.light.gamma_multiply(strength), Stroke::NONE));
-        let label = at(middle, 1.0);
-        let name = if off <= light.radius {
-            light.name.clone()
+        if off <= light.radius {
+            painter.text(at(middle, 1.02), Align2::CENTER_BOTTOM, &light.name, font.clone(), ink);
         } else {
-            format!("{}, {:.0}\u{b0} off", light.name, off.to_degrees())
-        };
-        painter.text(label - vec2(0.0, GRID), Align2::CENTER_BOTTOM, name, font.clone(), ink);
+            // Several of them may lie behind each other: they are listed.
+            let words = format!("{} {:.0}\u{b0} off the plane", light.name, off.to_degrees());
+            painter.text(rect.left_top() + vec2(2.0 * GRID, corner), Align2::LEFT_TOP, words, font.clone(), weak);
+            corner += ui.text_style_height(&TextStyle::Small);
+        }
     }
     lobe(shown, &plane, &painter, &at, inks.bsdf);
     rays(shown, &plane, &painter, &at, inks);

@@ -202,6 +202,8 @@ fn legend_ui(ui: &mut Ui, slice: &mut Slice, estimator: &Estimator) {
     let inks = Inks::of(ui.visuals());
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(GRID, GRID);
+        // Pale, so that the colours of the curves can be read on it.
+        ui.visuals_mut().selection.bg_fill = ui.visuals().widgets.inactive.weak_bg_fill;
         for curve in Curve::ALL {
             let on = !slice.hidden.contains(&curve);
             let ink = ink(ui, inks, curve, estimator);
