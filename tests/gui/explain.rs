@@ -125,13 +125,14 @@ fn edges_in_the_slice_are_the_scenes_sliders() {
     let mut lab = Lab::explained();
     lab.part("Slice", "Right edge of light2");
     let (radius, alpha) = (lab.radius("light2"), lab.alpha("plate3"));
+    let edge = lab.rect("Right edge of the lobe");
     let at = lab.rect("Right edge of light2").center();
     lab.drag(at, vec2(10.0, 0.0));
     assert!(lab.radius("light2") > 1.05 * radius, "{} after {radius}", lab.radius("light2"));
     lab.key(Modifiers::COMMAND, Key::Z);
     assert_eq!(lab.radius("light2"), radius, "one step of undo");
-    let at = lab.rect("Right edge of the lobe").center();
-    lab.drag(at, vec2(-30.0, 0.0));
+    lab.until("the plot as it was", |lab| lab.rect("Right edge of the lobe") == edge);
+    lab.drag(edge.center(), vec2(-30.0, 0.0));
     assert!(lab.alpha("plate3") < 0.95 * alpha, "{} after {alpha}", lab.alpha("plate3"));
 }
 

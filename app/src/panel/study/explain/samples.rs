@@ -113,7 +113,7 @@ mod tests {
         for strategy in Strategy::ALL {
             place.settings.estimator.strategy = strategy;
             let request = Request { scene: place.scene.clone(), settings: place.settings.clone() };
-            let frame = mislab_renderer::render(&request, 1, &mut |_| {}).expect("the shipped scene renders");
+            let frame = mislab_renderer::render(&request, 1, &mut |_| true).expect("the shipped scene renders");
             let samples = Samples::new(&place, 16, &mut || true).expect("wanted");
             let sum =
                 |k: usize| samples.list.iter().flat_map(|s| &s.rays).map(|ray| f64::from(ray.value[k])).sum::<f64>();
