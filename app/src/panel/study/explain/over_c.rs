@@ -10,7 +10,7 @@ use crate::picture::background::Background;
 
 /// Places along the axis in each round, denser towards both ends, where the curves are steep; and steps of the search for
 /// the least, each of which leaves 0.62 of the interval.
-const ROUNDS: [(usize, usize); 2] = [(9, 0), (33, 14)];
+const ROUNDS: [(usize, usize); 2] = [(9, 0), (25, 10)];
 /// A mean that is off by more than this is another one's.
 const SAME: f64 = 1e-4;
 

@@ -178,7 +178,8 @@ fn marker_ui(ui: &mut Ui, shown: &Shown<'_>, axes: &Axes, out: &mut Vec<Command>
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Splitter, true, "c in the curve"));
     let handle = Rect::from_center_size(pos2(x, axes.rect.bottom()), vec2(9.0, 12.0));
     ui.painter().rect(handle, 2.0, ink, Stroke::new(1.0, ui.visuals().text_color()), StrokeKind::Outside);
-    let response = response.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
+    let what = "c: probability of the light technique. Drag it: it is the slider in the bar.";
+    let response = response.hint(what).on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
     if let Some(pointer) = response.interact_pointer_pos().filter(|_| response.dragged())
         && response.drag_delta() != Vec2::ZERO
     {

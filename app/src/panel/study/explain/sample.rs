@@ -133,7 +133,10 @@ fn ray_ui(ui: &mut Ui, shown: &Shown<'_>, estimator: &Estimator, sample: &Replay
         text(format!(" = {}{unit}", short(f64::from(ray.p_bsdf)))),
     ])
     .show(ui, SIZE)
-    .hint("f: luminance of bsdf \u{d7} L_e \u{d7} visible \u{d7} cos. Both densities, whichever technique drew: per steradian.");
+    .hint(
+        "f: luminance of bsdf \u{d7} L_e \u{d7} visible \u{d7} cos. Both densities, whichever technique drew. \
+         p_L is one density over all lights: 1/n times that of the light in this direction.",
+    );
     if !ray.lit {
         ui.label("It meets no light: f is 0, and the sample adds 0.");
         return;

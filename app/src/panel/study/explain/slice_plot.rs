@@ -14,6 +14,7 @@ use super::place::{LightSeen, luminance};
 use super::shown::Shown;
 use super::trace::Trace;
 use crate::look::theme::{GRID, Inks};
+use crate::panel::hint::Hint as _;
 use crate::panel::study::plot::Axes;
 use crate::state::command::Command;
 use crate::state::document::Document;
@@ -92,21 +93,52 @@ pub fn plot_ui<'a>(ui: &mut Ui, drawing: &Drawing<'a>, size: Vec2, out: &mut Vec
     lights_ui(ui, drawing, &plan, &axes, out);
     lobe_ui(ui, drawing, &plan, &axes, out);
     samples_ui(ui, drawing, &plan, &axes);
-    let weak = ui.visuals().weak_text_color();
-    let font = TextStyle::Small.resolve(ui.style());
-    for (strip, name) in
-        [(plan.weights, "w_L"), (plan.lights, "lights"), (plan.lobe, "lobe \u{3b1}"), (plan.samples, "samples")]
-    {
-        ui.painter().text(strip.left_center() - vec2(GRID, 0.0), Align2::RIGHT_CENTER, name, font.clone(), weak);
-    }
+    strips_ui(ui, &plan);
     let pointer = response.hover_pos().or(response.interact_pointer_pos())?;
     let columns = plan.plot.with_max_y(plan.samples.bottom());
     if !columns.contains(pointer) {
         return None;
     }
-    ui.painter().vline(pointer.x, columns.y_range(), Stroke::new(1.0, weak));
+    ui.painter().vline(pointer.x, columns.y_range(), Stroke::new(1.0, ui.visuals().weak_text_color()));
     let angle = axes.logs(pointer)[0].to_radians();
     drawing.trace.sights.iter().min_by(|a, b| (a.angle - angle).abs().total_cmp(&(b.angle - angle).abs()))
+}
+
+/// Names of the strips under the plot, and what each is.
+fn strips_ui(ui: &Ui, plan: &Plan) {
+    let weak = ui.visuals().weak_text_color();
+    let font = TextStyle::Small.resolve(ui.style());
+    for (strip, name, what) in [
+        (
+            plan.weights,
+            "w_L",
+            "Weights of a light sample (amber) and of a BSDF sample (blue) in that direction: from 0 to 1, and one together.",
+        ),
+        (
+            plan.lights,
+            "lights",
+            "Where the circle meets lights. Drag the edge of the chosen one: its radius, at the same power.",
+        ),
+        (
+            plan.lobe,
+            "lobe \u{3b1}",
+            "Up to where the half vector is tilted by atan \u{3b1}: GGX has fallen to a quarter there. Drag an edge: the \
+             roughness \u{3b1}.",
+        ),
+        (
+            plan.samples,
+            "samples",
+            "The last 64 samples at the nearest angle of the circle: light samples are circles, BSDF samples squares, their area \
+             what they add. Hollow: nothing.",
+        ),
+    ] {
+        let place = Align2::RIGHT_CENTER.anchor_rect(Rect::from_min_size(
+            strip.left_center() - vec2(GRID, 0.0),
+            ui.painter().layout_no_wrap(name.into(), font.clone(), weak).size(),
+        ));
+        ui.painter().text(place.left_center(), Align2::LEFT_CENTER, name, font.clone(), weak);
+        ui.interact(place, ui.scope_id().with(name), Sense::hover()).hint(what);
+    }
 }
 
 /// Colour of a curve.
@@ -269,7 +301,7 @@ fn edge_ui(ui: &mut Ui, axes: &Axes, strip: Rect, at: f64, name: &str) -> Option
         ui.visuals().text_color()
     };
     ui.painter().rect(handle, 2.0, fill, Stroke::new(1.0, ui.visuals().panel_fill), StrokeKind::Outside);
-    let response = response.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
+    let response = response.hint(format!("{name}: drag it.")).on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
     let pointer = response.interact_pointer_pos()?;
     (response.dragged() && response.drag_delta() != Vec2::ZERO).then(|| axes.logs(pointer)[0].to_radians())
 }
