@@ -163,6 +163,7 @@ impl MisLabApp {
                 let open = &mut self.lab.studies.open;
                 *open = if *open == Some(study) { None } else { Some(study) };
             }
+            Command::Pin(pixel) => self.lab.studies.explain.pin(pixel),
             Command::OpenReference => files.pick_reference(),
             Command::ReferencePath(path) => self.lab.references.use_file(Some(path)),
             Command::RenderReference => self.lab.references.use_file(None),

@@ -364,7 +364,7 @@ fn escape(ctx: &egui::Context, lab: &mut Lab, out: &mut Vec<Command>) {
     } else if open {
         sheets.warnings_read = Some(document.opened.clone());
     } else if studies.step_back() {
-        // One picture of a study is gone, all of them are there again.
+        // One picture of a study is gone, all of them are there again; or a pixel is let go.
     } else if let Some(study) = studies.open {
         out.push(Command::ToggleStudy(study));
     } else if document.arrangement() != Arrangement::One {

@@ -28,7 +28,7 @@ pub mod table;
 
 pub use engine::{
     Abreast, Frames, Lockstep, Marks, Pace, Picture, Progress, Renderer, Spent, State, Status, Subscription, render,
-    simd_level_name,
+    simd_level_name, step_aside,
 };
 pub use error::{Diagnostic, Error, Location};
 pub use frame::{Frame, FrameStats};

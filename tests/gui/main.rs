@@ -4,6 +4,7 @@ mod against;
 mod controls;
 mod convergence;
 mod disk;
+mod explain;
 mod export;
 mod exr_slot;
 mod files;

@@ -18,6 +18,7 @@ use crate::picture::pane::Subject;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::paths::shortened;
+use crate::state::study::Study;
 
 /// Space between pictures, in points.
 const BETWEEN: f32 = 2.0 * GRID;
@@ -46,7 +47,7 @@ pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<C
 
 /// One picture over `viewport`, as far as it lies in `clip`.
 fn pane_ui(ui: &mut Ui, lab: &mut Lab, slot: usize, [viewport, clip]: [Rect; 2], legend: bool, out: &mut Vec<Command>) {
-    let Lab { document, engine, panes, files, pointed_at, .. } = lab;
+    let Lab { document, engine, panes, files, pointed_at, studies, .. } = lab;
     let layer = document.slots()[slot].layer;
     // A column has the legend of the active picture only.
     let other_colours = layer != document.active().layer && !LayerLook::of(layer).is_colour();
@@ -59,6 +60,8 @@ fn pane_ui(ui: &mut Ui, lab: &mut Lab, slot: usize, [viewport, clip]: [Rect; 2],
         reading: files.is_reading(),
         cursor: panes.cursor(),
         hovered: panes.hovered(),
+        pinning: studies.open == Some(Study::Explain),
+        marked: studies.explain.marked().filter(|_| studies.open == Some(Study::Explain)),
     };
     ui.scope_builder(UiBuilder::new().id_salt(("picture", slot)).max_rect(viewport), |ui| {
         ui.set_clip_rect(clip.intersect(ui.clip_rect()));

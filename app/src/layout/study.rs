@@ -8,6 +8,7 @@ use crate::lab::Lab;
 use crate::look::theme::GRID;
 use crate::panel::study::Subject;
 use crate::panel::study::convergence::convergence_ui;
+use crate::panel::study::explain::explain_ui;
 use crate::panel::study::grid::grid_ui;
 use crate::panel::study::means::means_ui;
 use crate::panel::study::plane::plane_ui;
@@ -48,6 +49,7 @@ pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, ou
             threads: engine.threads(),
             pace,
             pipeline: panes.pipeline(),
+            cursor: panes.cursor(),
         };
         frame.show(ui, |ui| match study {
             Study::Convergence => convergence_ui(ui, &mut studies.convergence, &subject, out),
@@ -55,6 +57,7 @@ pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, ou
             Study::Pyramid => pyramid_ui(ui, &mut studies.pyramid, &subject, out),
             Study::Grid => grid_ui(ui, &mut studies.grid, &subject, out),
             Study::Plane => plane_ui(ui, &mut studies.plane, &subject, out),
+            Study::Explain => explain_ui(ui, &mut studies.explain, &subject, out),
         });
     });
 }

@@ -41,6 +41,10 @@ pub struct Subject<'a> {
     pub cursor: Option<[u32; 2]>,
     /// What the mouse is on in any picture.
     pub hovered: Option<Target>,
+    /// A click pins the pixel under the mouse.
+    pub pinning: bool,
+    /// The pixel that is explained, in coordinates of the full image.
+    pub marked: Option<[u32; 2]>,
 }
 
 /// One picture on screen.
@@ -140,6 +144,12 @@ impl Pane {
         if shown.response.clicked() && document.active_index() != on.slot {
             out.push(Command::Activate(on.slot));
         }
+        if shown.response.clicked()
+            && on.pinning
+            && let Some(pixel) = self.own_pixel
+        {
+            out.push(Command::Pin(Some(pixel)));
+        }
         let rect = shown.response.rect.intersect(ui.clip_rect());
         let Some(content) = content else {
             let text = if on.reading { "Reading the scene \u{2026}" } else { "Rendering the first picture \u{2026}" };
@@ -157,6 +167,9 @@ impl Pane {
             }
             if let Some(at) = self.read.filter(|_| self.own_pixel.is_none()) {
                 cursor(ui, rect, geometry.to_screen(at.map(|i| i as f32 + 0.5)));
+            }
+            if let Some(at) = on.marked.map(|at| same_place(at, [image, size])) {
+                mark(ui, rect, &geometry, at);
             }
         }
         if let Content::Frame(frame) = &content {
@@ -222,6 +235,23 @@ fn cursor(ui: &Ui, rect: Rect, at: egui::Pos2) {
             painter.line_segment([at + 0.35 * along, at + along], (width, ink));
         }
     }
+}
+
+/// A ring around the pixel that is explained, and around its square once that is larger.
+fn mark(ui: &Ui, rect: Rect, geometry: &Geometry, at: [u32; 2]) {
+    let painter = ui.painter_at(rect);
+    let centre = geometry.to_screen(at.map(|i| i as f32 + 0.5));
+    let radius = (0.75 * geometry.scale / geometry.pixels_per_point).max(2.0 * GRID);
+    painter.circle_stroke(centre, radius, (4.0, egui::Color32::from_black_alpha(170)));
+    painter.circle_stroke(centre, radius, (2.0, egui::Color32::WHITE));
+    let response = ui.interact(
+        Rect::from_center_size(centre, egui::Vec2::splat(2.0 * radius)).intersect(rect),
+        ui.scope_id().with("explained pixel"),
+        egui::Sense::empty(),
+    );
+    let [x, y] = at;
+    response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("Explained pixel: x {x}, y {y}")));
 }
 
 /// A sentence over the middle of the picture, where there is nothing to see.

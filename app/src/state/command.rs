@@ -23,6 +23,8 @@ pub enum Command {
 
     /// Opens a study, or closes it.
     ToggleStudy(Study),
+    /// Explains that pixel of the full image wherever the mouse is, or the one under the mouse again.
+    Pin(Option<[u32; 2]>),
 
     /// Asks for a picture to measure errors against.
     OpenReference,

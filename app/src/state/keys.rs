@@ -60,6 +60,7 @@ pub fn bindings() -> Vec<Action> {
         action("Layout", "Keep the picture, go on beside it", "K", PLAIN, Key::K, Command::Keep),
         action("Layout", "Compare with an EXR \u{2026}", "Shift+K", SHIFT, Key::K, Command::Compare),
         action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
+        study("I", PLAIN, Key::I, Study::Explain),
         study("G", PLAIN, Key::G, Study::Convergence),
         study("M", PLAIN, Key::M, Study::Means),
         study("P", PLAIN, Key::P, Study::Pyramid),

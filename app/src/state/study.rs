@@ -13,11 +13,13 @@ pub enum Study {
     Grid,
     /// Which strategy is best for each size of light and roughness.
     Plane,
+    /// What happens at one pixel: its numbers, directions and samples.
+    Explain,
 }
 
 impl Study {
     /// All of them, in the order shown to users.
-    pub const ALL: [Self; 5] = [Self::Convergence, Self::Means, Self::Pyramid, Self::Grid, Self::Plane];
+    pub const ALL: [Self; 6] = [Self::Explain, Self::Convergence, Self::Means, Self::Pyramid, Self::Grid, Self::Plane];
 
     /// The name on screen.
     pub fn name(self) -> &'static str {
@@ -27,6 +29,7 @@ impl Study {
             Self::Pyramid => "Techniques and weights",
             Self::Grid => "Grid of pictures",
             Self::Plane => "Light size and roughness",
+            Self::Explain => "Explain a pixel",
         }
     }
 
@@ -38,13 +41,14 @@ impl Study {
             Self::Pyramid => "techniques",
             Self::Grid => "grid",
             Self::Plane => "plane",
+            Self::Explain => "pixel",
         }
     }
 
     /// It is looked at together with the pictures; others take their place.
     pub fn is_beside_pictures(self) -> bool {
         match self {
-            Self::Convergence | Self::Means => true,
+            Self::Convergence | Self::Means | Self::Explain => true,
             Self::Pyramid | Self::Grid | Self::Plane => false,
         }
     }

@@ -24,7 +24,7 @@ mod worker;
 
 pub use blocking::{Progress, render, render_with};
 pub use lockstep::{Abreast, Lockstep};
-pub use renderer::{Picture, Renderer, simd_level_name};
+pub use renderer::{Picture, Renderer, simd_level_name, step_aside};
 pub use spent::Spent;
 pub use status::{Pace, State, Status};
 pub use subscription::{Frames, Marks, Subscription};

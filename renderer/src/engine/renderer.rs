@@ -13,13 +13,15 @@ use super::lockstep::{Abreast, Group, Lockstep};
 use super::schedule::PictureState;
 use super::status::{Pace, Status};
 use super::subscription::{Feed, Frames, Subscription};
-use super::worker::Shared;
+use super::worker::{Shared, set_priority};
 use crate::frame::Frame;
 
 /// The window comes first: nice 5 where the system counts so. The lowest priority would starve next to any other busy program.
 const BELOW_WINDOW: u8 = 37;
 /// Nice 13: an eighth of the time beside a live picture.
 const BELOW_PICTURES: u8 = 15;
+/// Nice 17: a sixteenth of one core beside a live picture.
+const ASIDE: u8 = 5;
 
 /// Worker threads and the pictures they work on. Dropping it cancels and joins them.
 pub struct Renderer {
@@ -181,6 +183,11 @@ impl Drop for Picture {
         self.shared.work.notify_all();
         drop(state);
     }
+}
+
+/// Lowers the calling thread to what follows the mouse: pictures and references come first.
+pub fn step_aside() {
+    set_priority(ASIDE);
 }
 
 /// The SIMD level the kernels run at on this machine, e.g. "AVX-512".

@@ -67,9 +67,7 @@ impl Shared {
 
     /// A worker's life, at a priority from 0 to 99. Where the system refuses, everything still works.
     pub(super) fn run(&self, priority: u8) {
-        if let Ok(below_normal) = priority.try_into() {
-            let _ = ThreadPriority::Crossplatform(below_normal).set_for_current();
-        }
+        set_priority(priority);
         while let Some(task) = self.next_task() {
             let news = match task {
                 Task::Build { picture, generation, request } => self.build(picture, generation, request),
@@ -214,4 +212,11 @@ impl Shared {
 fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(ToString::to_string).or(panic.downcast_ref::<String>().cloned());
     text.unwrap_or_else(|| "panic without a message".into())
+}
+
+/// Gives the calling thread a priority from 0 to 99. Where the system refuses, everything still works.
+pub(super) fn set_priority(priority: u8) {
+    if let Ok(priority) = priority.try_into() {
+        let _ = ThreadPriority::Crossplatform(priority).set_for_current();
+    }
 }

@@ -3,6 +3,7 @@
 pub mod cells;
 pub mod convergence;
 pub mod curves_job;
+pub mod explain;
 pub mod grid;
 pub mod means;
 pub mod plane;
@@ -36,6 +37,8 @@ pub struct Studies {
     pub grid: grid::Grid,
     /// See [`Self::convergence`].
     pub plane: plane::Plane,
+    /// See [`Self::convergence`].
+    pub explain: explain::Explain,
 }
 
 impl Studies {
@@ -50,13 +53,17 @@ impl Studies {
         if self.open != Some(Study::Plane) {
             self.plane.rest();
         }
+        if self.open != Some(Study::Explain) {
+            self.explain.rest();
+        }
     }
 
-    /// Back from one enlarged picture of the study to all. False if there is none.
+    /// Back from one enlarged picture of the study to all, or from the pixel that is pinned. False if there is none.
     pub fn step_back(&mut self) -> bool {
         match self.open {
             Some(Study::Pyramid) => self.pyramid.step_back(),
             Some(Study::Grid) => self.grid.step_back(),
+            Some(Study::Explain) => self.explain.step_back(),
             None | Some(Study::Convergence | Study::Means | Study::Plane) => false,
         }
     }
@@ -78,4 +85,6 @@ pub struct Subject<'a> {
     pub pace: Pace,
     /// What pictures are drawn with; `None`: on the CPU.
     pub pipeline: Option<&'a FilmPipeline>,
+    /// The pixel under the mouse in any of them, in coordinates of the full image.
+    pub cursor: Option<[u32; 2]>,
 }

@@ -104,7 +104,7 @@ impl Axes {
 }
 
 /// A power of ten, or a few of it, as people write it.
-fn plain(value: f64) -> String {
+pub fn plain(value: f64) -> String {
     match value {
         v if v >= 1e6 => format!("{:.0} M", v / 1e6),
         v if v >= 1e4 => format!("{:.0} k", v / 1e3),
