@@ -45,7 +45,7 @@ pub const DIST: &[Package] = &[
     ("zip", "archive for Windows"),
     ("unzip", "archive for Windows"),
     ("binutils", "to see which C library a program needs"),
-    ("python3-pip", "for ziglang, the linker for old and other Linux systems"),
+    ("python3-pip", "to get zig, the linker for old and other Linux systems"),
 ];
 
 /// Installs what is missing if that can be done without asking; otherwise says what is missing and how to get it.
