@@ -36,8 +36,14 @@ pub fn run(args: &[String]) -> Result<(), String> {
     if named.is_empty() {
         named = PLATFORMS.iter().filter(|platform| platform.is_default()).collect();
     }
-    needs::provide(needs::TESTS);
     needs::provide(needs::DIST);
+    if check {
+        if !cfg!(target_os = "linux") {
+            return Err("--check runs programs for other systems, which only Linux can".into());
+        }
+        needs::provide(needs::TESTS);
+        needs::provide(needs::DIST_CHECK);
+    }
     let dist = std::path::absolute(DIST).map_err(|error| format!("{DIST}: {error}"))?;
     let release = Release::of(&dist)?;
     let licences = licences(&dist)?;
