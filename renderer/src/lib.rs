@@ -22,6 +22,7 @@ pub mod metrics;
 mod near;
 pub mod pbrt;
 pub mod plane;
+pub mod platform;
 pub mod snapshot;
 pub mod study;
 pub mod table;

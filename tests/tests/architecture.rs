@@ -11,6 +11,7 @@ const KERNEL: &[&str] =
 const RENDERER: &[&str] = &[
     "near",
     "error",
+    "platform",
     "file",
     "layer",
     "memory",

@@ -6,10 +6,10 @@ use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use mislab_renderer::{Frame, Layer, Strategy, Technique, snapshot};
+use mislab_renderer::{Error, Frame, Layer, Strategy, Technique, snapshot};
 
 use super::failure::Failure;
-use crate::files::saving::write_free;
+use crate::files::saving::{write_free, write_over};
 use crate::picture::still::render_to_rgba8;
 use crate::state::file_name;
 use crate::state::paths::expand_home;
@@ -78,7 +78,7 @@ impl Destination {
     pub(super) fn write_text(&self, text: &str) -> Result<(), Failure> {
         match self {
             Self::StandardOutput => print(text),
-            Self::File(path) => Ok(snapshot::write_file(path, text.as_bytes())?),
+            Self::File(path) => replace(path, text.as_bytes().to_vec()).map(drop),
         }
     }
 }
@@ -107,12 +107,13 @@ impl PictureFile {
         check_place(&self.path)
     }
 
-    /// Saves the picture, over an older file of that name.
+    /// Saves the picture, over an older file of that name or, where that cannot be replaced, under the next free one, which
+    /// becomes the name of this.
     ///
     /// Returns what the user should know about the file.
-    pub(super) fn save(&self, frame: &Frame) -> Result<Option<String>, Failure> {
+    pub(super) fn save(&mut self, frame: &Frame) -> Result<Option<String>, Failure> {
         let (bytes, notice) = self.encode(frame)?;
-        snapshot::write_file(&self.path, &bytes)?;
+        self.path = replace(&self.path, bytes)?;
         Ok(notice)
     }
 
@@ -139,6 +140,21 @@ impl PictureFile {
             .map_err(|error| Failure::Run(format!("{}: cannot encode: {error}", self.path.display())))?;
         Ok((bytes, None))
     }
+}
+
+/// Writes a file over an older one or, where that cannot be replaced, under the next free name, which is said also with
+/// `--quiet`; returns its name.
+fn replace(path: &Path, bytes: Vec<u8>) -> Result<PathBuf, Failure> {
+    let (written, why) = write_over(path, bytes)?;
+    if let Some(why) = why {
+        message(&not_replaced(&why, &written));
+    }
+    Ok(written)
+}
+
+/// Says why a file could not be replaced and which name was taken.
+pub(super) fn not_replaced(why: &Error, instead: &Path) -> String {
+    format!("{why}; it is kept as it was, and what was to replace it is {}", instead.display())
 }
 
 /// Says that a file was there before and another name was taken.

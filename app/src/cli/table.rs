@@ -13,7 +13,7 @@ use super::failure::Failure;
 use super::input::Input;
 use super::output;
 use super::progress::Bar;
-use crate::files::saving::write_free;
+use crate::files::saving::{write_free, write_over};
 
 pub(super) fn run(args: TableArgs) -> Result<(), Failure> {
     let TableArgs { scene, size, outdir, format, how } = args;
@@ -83,18 +83,19 @@ fn render(input: &Input, size: Option<[u32; 2]>, place: Place<'_>, how: &HowArgs
 /// Saves one of the pictures and says so, and what was kept.
 fn save(run: &TutorialRun, frame: &Arc<Frame>, place: Place<'_>) -> Result<String, Failure> {
     let wanted = place.folder.join(run.file);
-    let (path, notice) = if place.asked_for {
-        let notice = snapshot::save(frame, &wanted, &SaveOptions::default())?.notice;
-        (wanted.clone(), notice)
+    let (bytes, notice) = snapshot::encode(frame, &SaveOptions::default())?;
+    let (path, why) = if place.asked_for {
+        write_over(&wanted, bytes)?
     } else {
-        let (bytes, notice) = snapshot::encode(frame, &SaveOptions::default())?;
         let stem = Path::new(run.file).file_stem().unwrap_or_default().to_string_lossy();
-        (write_free(place.folder, &stem, &[("exr", bytes)])?, notice)
+        (write_free(place.folder, &stem, &[("exr", bytes)])?, None)
     };
     let stats = frame.stats();
     let mut said =
         format!("{}: {}, {} spp, {:.2} s", path.display(), run.strategy.name(), frame.spp(), stats.render_seconds);
-    if path != wanted {
+    if let Some(why) = why {
+        said += &format!("\n{}", output::not_replaced(&why, &path));
+    } else if path != wanted {
         said += &format!("\n{}", output::kept(&wanted, &path));
     }
     if let Some(notice) = notice {

@@ -1,11 +1,12 @@
 //! Snapshots: an EXR under a name that is free, perhaps with a PNG beside it under the same name.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mislab_renderer::snapshot::{Contents, SaveOptions, write_new_file};
+use mislab_renderer::snapshot::{Contents, SaveOptions, write_file, write_new_file};
 use mislab_renderer::{Error, Frame};
 
 use crate::picture::figure::figure;
@@ -127,9 +128,10 @@ impl SaveJob {
 /// # Errors
 /// If one cannot be written; then none is there.
 pub fn write_free(folder: &Path, name: &str, files: &[(&str, Vec<u8>)]) -> Result<PathBuf, Error> {
-    let path = |n: u32, extension: &str| match n {
-        1 => folder.join(format!("{name}.{extension}")),
-        n => folder.join(format!("{name}_{n}.{extension}")),
+    let path = |n: u32, extension: &str| {
+        let number = if n == 1 { String::new() } else { format!("_{n}") };
+        let dot = if extension.is_empty() { "" } else { "." };
+        folder.join(format!("{name}{number}{dot}{extension}"))
     };
     for n in 1..u32::MAX {
         // Before any of them is written: a name that is half taken is common, where PNGs were not wanted at first.
@@ -159,9 +161,51 @@ pub fn write_free(folder: &Path, name: &str, files: &[(&str, Vec<u8>)]) -> Resul
     Err(Error::Invalid(format!("no name like {name} is free")))
 }
 
+/// Writes a file, over an older one of that name. One that cannot be replaced, as another program holds it open, costs nobody the
+/// picture: it gets the next free name. Returns the name, and why it is another.
+///
+/// # Errors
+/// If no name will do.
+pub fn write_over(path: &Path, bytes: Vec<u8>) -> Result<(PathBuf, Option<Error>), Error> {
+    let Err(why) = write_file(path, &bytes) else { return Ok((path.to_owned(), None)) };
+    // What is not there was not refused for what it is.
+    if fs::symlink_metadata(path).is_err() {
+        return Err(why);
+    }
+    let part = |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let (stem, extension) = (part(path.file_stem()), part(path.extension()));
+    let folder = path.parent().unwrap_or(Path::new(""));
+    match write_free(folder, &stem, &[(&extension, bytes)]) {
+        Ok(instead) => Ok((instead, Some(why))),
+        Err(_) => Err(why),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_cannot_be_replaced_costs_no_picture() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("a.exr"), "old").expect("write");
+        let (written, why) = write_over(&path("a.exr"), b"new".to_vec()).expect("can be replaced");
+        assert!(written == path("a.exr") && why.is_none());
+        assert_eq!(fs::read(path("a.exr")).expect("is there"), b"new");
+        // Something in its place that no file replaces, as on Windows a file that another program holds.
+        for (name, instead) in [("b.exr", "b_2.exr"), ("numbers", "numbers_2")] {
+            fs::create_dir(path(name)).expect("a folder");
+            let (written, why) = write_over(&path(name), b"new".to_vec()).expect("has another name");
+            assert_eq!(written, path(instead));
+            assert!(why.is_some_and(|why| why.to_string().contains(&format!("{name}: cannot save"))));
+            assert_eq!(fs::read(path(instead)).expect("is there"), b"new");
+        }
+        assert!(
+            write_over(&path("none").join("c.exr"), Vec::new()).is_err(),
+            "no folder is no reason for another name"
+        );
+    }
 
     #[test]
     fn names_are_never_taken_twice() {

@@ -9,6 +9,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
+use mislab_renderer::platform;
+
 /// How often to look.
 const EVERY: Duration = Duration::from_millis(150);
 
@@ -29,10 +31,7 @@ pub struct Stamp {
 /// The stamp of a file, `None` if it is not there.
 pub fn stamp(path: &Path) -> Option<Stamp> {
     let metadata = fs::metadata(path).ok()?;
-    #[cfg(unix)]
-    let identity = std::os::unix::fs::MetadataExt::ino(&metadata);
-    #[cfg(not(unix))]
-    let identity = 0;
+    let identity = platform::identity(&metadata);
     Some(Stamp { modified: metadata.modified().ok(), bytes: metadata.len(), identity })
 }
 

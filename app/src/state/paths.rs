@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use mislab_renderer::platform;
+
 /// A path as people type it: with the quotes or the `file://` that a file manager copies, `~` for the home folder.
 pub fn typed(text: &str) -> PathBuf {
     let text = text.trim().trim_matches(['"', '\'']);
     match text.strip_prefix("file://") {
         // As addresses are written: %20 for a space.
-        Some(address) => PathBuf::from(decoded(address)),
+        Some(address) => platform::path_of_address(&decoded(address)),
         None => expand_home(PathBuf::from(text)),
     }
 }

@@ -59,10 +59,13 @@ pub(super) struct Folders {
 
 impl Folders {
     /// The path of an existing file called `name` at a place in the scene, or a message that says where it was looked for.
-    /// Where no file has a name with backslashes in it, they separate folders, as on Windows.
+    /// Where no file has a name with backslashes in it, they separate folders, as on Windows, where no name has any.
     pub fn find(&self, name: &str, at: Pos, log: &mut Log) -> Result<PathBuf, String> {
+        let own_way = std::path::is_separator('\\') && !Path::new(name).is_absolute();
         let why = match self.find_as_written(name, log) {
             Err(why) if name.contains('\\') => why,
+            // The same remark as everywhere: the file goes to other machines.
+            Ok(_) if name.contains('\\') && own_way => String::new(),
             found => return found,
         };
         let elsewhere = name.replace('\\', "/");

@@ -1,12 +1,17 @@
 //! Bytes onto the disk, so that a file is complete or not there at all.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, PersistError};
 
 use crate::error::Error;
+use crate::platform;
+
+/// How long a file is waited for that another program holds: what looks through new files holds each for a moment.
+const PATIENCE: Duration = Duration::from_secs(1);
 
 /// See [`super::write_file`].
 pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
@@ -17,7 +22,14 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
         return fs::write(&target, bytes).map_err(|e| failed(path, e));
     }
     let file = beside(&target, bytes).map_err(|e| failed(path, e))?;
-    file.persist(&target).map_err(|e| failed(path, e.error))?;
+    named(file, |file| file.persist(&target)).map_err(|e| {
+        let read_only = fs::metadata(&target).is_ok_and(|m| m.permissions().readonly());
+        if platform::is_held(&e.error) && !read_only {
+            Error::file(path, "cannot save: another program holds it open")
+        } else {
+            failed(path, e.error)
+        }
+    })?;
     Ok(())
 }
 
@@ -28,7 +40,7 @@ pub(super) fn write_new_file(path: &Path, bytes: &[u8]) -> Result<bool, Error> {
         return Ok(false);
     }
     let file = beside(path, bytes).map_err(|e| failed(path, e))?;
-    let refused = match file.persist_noclobber(path) {
+    let refused = match named(file, |file| file.persist_noclobber(path)) {
         Ok(_) => return Ok(true),
         Err(refused) => refused,
     };
@@ -41,7 +53,7 @@ pub(super) fn write_new_file(path: &Path, bytes: &[u8]) -> Result<bool, Error> {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(false),
         Err(error) => return Err(failed(path, error)),
     }
-    refused.file.persist(path).map_err(|e| {
+    named(refused.file, |file| file.persist(path)).map_err(|e| {
         // Ours, and empty; what matters is why the picture is not in it.
         let _ = fs::remove_file(path);
         failed(path, e.error)
@@ -59,20 +71,25 @@ fn beside(target: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".mislab-").suffix(".tmp");
     // Opened here and written to as a plain file: errors of the library's own would name this file, which nobody knows.
-    let mut file = builder.make_in(folder, |path| {
-        let mut options = OpenOptions::new();
-        options.write(true).create_new(true);
-        #[cfg(unix)]
-        {
-            // The rights of any new file (the umask still applies), not those of a private temporary one.
-            use std::os::unix::fs::OpenOptionsExt as _;
-            options.mode(0o666);
-        }
-        options.open(path)
-    })?;
+    let mut file = builder.make_in(folder, |path| platform::new_file().open(path))?;
     file.as_file_mut().write_all(bytes)?;
     file.as_file().sync_all()?;
     Ok(file)
+}
+
+/// Gives a file its name, patiently.
+fn named(
+    mut file: NamedTempFile,
+    rename: impl Fn(NamedTempFile) -> Result<File, PersistError>,
+) -> Result<File, PersistError> {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        match rename(file) {
+            Err(refused) if platform::is_held(&refused.error) && Instant::now() < deadline => file = refused.file,
+            done => return done,
+        }
+        std::thread::sleep(PATIENCE / 20);
+    }
 }
 
 /// Why `path` could not be saved, with the folder named if it is the folder that is missing.

@@ -3,12 +3,15 @@
 mod archive;
 mod check;
 mod platform;
+mod tools;
+mod unpacked;
+mod windows;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::needs;
 use crate::run::{output, succeed};
-use crate::{cargo, needs};
 use platform::{PLATFORMS, Platform};
 
 /// Where archives, and what they are made of, lie.
@@ -33,13 +36,19 @@ pub fn run(args: &[String]) -> Result<(), String> {
     if named.is_empty() {
         named = PLATFORMS.iter().filter(|platform| platform.is_default()).collect();
     }
-    needs::provide(needs::TESTS);
     needs::provide(needs::DIST);
+    if check {
+        if !cfg!(target_os = "linux") {
+            return Err("--check runs programs for other systems, which only Linux can".into());
+        }
+        needs::provide(needs::TESTS);
+        needs::provide(needs::DIST_CHECK);
+    }
     let dist = std::path::absolute(DIST).map_err(|error| format!("{DIST}: {error}"))?;
     let release = Release::of(&dist)?;
     let licences = licences(&dist)?;
     for platform in &named {
-        let programs = build(platform)?;
+        let programs = build(platform, &release)?;
         let folder = release.lay_out(platform, &programs, &licences)?;
         let archive = archive::pack(platform, &folder, release.time)?;
         let bytes = std::fs::metadata(&archive).map_err(|error| error.to_string())?.len();
@@ -49,13 +58,15 @@ pub fn run(args: &[String]) -> Result<(), String> {
         }
     }
     archive::sums(&dist)?;
-    if check { check::run(&dist, &named, &release.version) } else { Ok(()) }
+    if check { check::run(&release, &named) } else { Ok(()) }
 }
 
 /// What all archives have in common.
 struct Release {
     dist: PathBuf,
     version: String,
+    /// What the programs say they were built from.
+    commit: String,
     /// Of the commit, in seconds since 1970: every file in an archive is as old as that, so that archives depend on the
     /// commit alone.
     time: u64,
@@ -65,7 +76,10 @@ impl Release {
     fn of(dist: &Path) -> Result<Self, String> {
         let time = output(Command::new("git").args(["log", "-1", "--format=%ct"]))?;
         let time = time.trim().parse().map_err(|_| format!("git says {time:?} for the time of the commit"))?;
-        Ok(Self { dist: dist.to_owned(), version: env!("CARGO_PKG_VERSION").into(), time })
+        let commit = output(Command::new("git").args(["rev-parse", "--short=10", "HEAD"]))?;
+        let changes = output(Command::new("git").args(["status", "--porcelain", "--untracked-files=no"]))?;
+        let commit = format!("{}{}", commit.trim(), if changes.is_empty() { "" } else { " and changes" });
+        Ok(Self { dist: dist.to_owned(), version: env!("CARGO_PKG_VERSION").into(), commit, time })
     }
 
     /// Puts the files of an archive into a folder of its name.
@@ -101,24 +115,52 @@ impl Release {
 }
 
 /// The programs of a platform, in the order of [`Platform::places`].
-fn build(platform: &Platform) -> Result<Vec<PathBuf>, String> {
-    platform.provide()?;
-    let mut command = cargo();
-    command.args(platform.build_command());
+fn build(platform: &Platform, release: &Release) -> Result<Vec<PathBuf>, String> {
+    let mut command = platform.build_command()?;
     command.args(["--release", "--locked", "--package", "mislab", "--config", "profile.release.strip=\"symbols\""]);
+    command.args(["--config", &configuration(platform)?]);
+    // In one piece, whatever was compiled before.
+    command.env("CARGO_INCREMENTAL", "0").env("MISLAB_COMMIT", &release.commit);
     succeed(&mut command)?;
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
-    Ok(platform.programs().iter().map(|name| target.join(platform.target).join("release").join(name)).collect())
+    let built = target.join(platform.target).join("release");
+    Ok(platform.programs().iter().map(|name| built.join(name)).collect())
 }
 
-/// The licences of all libraries, collected by cargo-about.
+/// Folders of this machine that the compiler would write into programs, for panics to name: of libraries, of what is generated
+/// for them, of the standard library.
+fn own_paths() -> Result<[PathBuf; 3], String> {
+    let absolute = |path: PathBuf| std::path::absolute(&path).map_err(|error| format!("{}: {error}", path.display()));
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo"))).ok_or("there is no home folder")?;
+    let compiler = output(Command::new("rustc").args(["--print", "sysroot"]))?;
+    Ok([absolute(home)?, absolute(".".into())?, PathBuf::from(compiler.trim())])
+}
+
+/// Cargo's configuration for programs that depend on the commit alone and do not name this machine's folders.
+fn configuration(platform: &Platform) -> Result<String, String> {
+    let [home, here, compiler] = own_paths()?;
+    let renamed = [(home, "cargo"), (here, "mislab"), (compiler, "rust")];
+    let renamed = renamed.map(|(from, to)| format!("--remap-path-prefix={}={to}", from.display()));
+    let flags = renamed.iter().map(String::as_str).chain(platform.flags().iter().copied());
+    let flags: Vec<String> = flags.map(|flag| format!("{flag:?}")).collect();
+    Ok(format!("build.rustflags=[{}]", flags.join(",")))
+}
+
+/// The licences of all libraries, collected by cargo-about, which takes minutes: it reads every file of each. Made again when it
+/// is older than what it comes from.
 fn licences(dist: &Path) -> Result<PathBuf, String> {
-    platform::provide_cargo("cargo-about", Some("cli"))?;
-    std::fs::create_dir_all(dist).map_err(|error| format!("{}: {error}", dist.display()))?;
+    const SOURCES: [&str; 3] = ["Cargo.lock", "assets/dist/about.toml", "assets/dist/about.hbs"];
     let file = dist.join("LIBRARIES.txt");
-    let mut command = cargo();
+    let time = |file: &Path| std::fs::metadata(file).and_then(|found| found.modified()).ok();
+    if time(&file).is_some_and(|made| SOURCES.iter().all(|source| time(Path::new(source)).is_some_and(|t| t < made))) {
+        return Ok(file);
+    }
+    let mut command = tools::cargo_about()?;
+    std::fs::create_dir_all(dist).map_err(|error| format!("{}: {error}", dist.display()))?;
+    eprintln!("xtask: licences of the libraries");
     command.args(["about", "generate", "--locked", "--fail", "--manifest-path", "app/Cargo.toml"]);
-    command.args(["--config", "assets/dist/about.toml", "--output-file"]).arg(&file).arg("assets/dist/about.hbs");
+    command.args(["--config", SOURCES[1], "--output-file"]).arg(&file).arg(SOURCES[2]);
     succeed(&mut command)?;
     Ok(file)
 }

@@ -34,18 +34,21 @@ const PROGRAMS: &[Package] = &[
     ("exrheader", "OpenEXR's own tools, to read what we write"),
 ];
 
-/// What building and checking the downloads for other machines needs besides: compilers and linkers of Windows programs, and
-/// what runs programs of Windows and of other processors.
+/// What making archives to download needs.
 pub const DIST: &[Package] = &[
     ("gcc-mingw-w64-x86-64", "linker for Windows"),
+    ("zip", "archive for Windows"),
+    ("python3-pip", "to get zig, the linker for old and other Linux systems"),
+];
+
+/// What checking them needs besides what the tests need.
+pub const DIST_CHECK: &[Package] = &[
     ("wine64", "to run the Windows program"),
     ("qemu-user", "to run the program for aarch64"),
     ("libc6-arm64-cross", "C library of the program for aarch64"),
     ("libgcc-s1-arm64-cross", "C library of the program for aarch64"),
-    ("zip", "archive for Windows"),
     ("unzip", "archive for Windows"),
     ("binutils", "to see which C library a program needs"),
-    ("python3-pip", "for ziglang, the linker for old and other Linux systems"),
 ];
 
 /// Installs what is missing if that can be done without asking; otherwise says what is missing and how to get it.

@@ -19,10 +19,9 @@ pub fn pack(platform: &Platform, folder: &Path, time: u64) -> Result<PathBuf, St
     let archive = PathBuf::from(archive);
     let _ = std::fs::remove_file(&archive);
     let all = names(folder)?;
-    for file in &all {
-        let time = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(time);
-        let file = std::fs::File::options().write(true).open(beside.join(file)).map_err(|error| error.to_string())?;
-        file.set_modified(time).map_err(|error| error.to_string())?;
+    for name in &all {
+        let runs = platform.places().iter().any(|place| folder.join(place) == beside.join(name));
+        settle(&beside.join(name), runs, time).map_err(|error| format!("{}: {error}", name.display()))?;
     }
     match platform.ending() {
         "zip" => {
@@ -34,14 +33,28 @@ pub fn pack(platform: &Platform, folder: &Path, time: u64) -> Result<PathBuf, St
             let owner = if cfg!(target_os = "macos") {
                 ["--uid=0", "--gid=0", "--uname=", "--gname="]
             } else {
-                ["--owner=0", "--group=0", "--numeric-owner", "--mode=u+rw,go+r-w"]
+                ["--owner=0", "--group=0", "--numeric-owner", "--no-recursion"]
             };
             let mut tar = Command::new("tar");
-            tar.current_dir(beside).env("GZIP", "-9n").arg("--format=ustar").args(owner);
-            succeed(tar.arg("-czf").arg(&archive).args(&all))?;
+            tar.current_dir(beside).args(["--format=ustar", "--use-compress-program=gzip -9n"]).args(owner);
+            succeed(tar.arg("-cf").arg(&archive).args(&all))?;
         }
     }
     Ok(archive)
+}
+
+/// Time and rights of a file, whatever this machine gave it.
+fn settle(file: &Path, runs: bool, time: u64) -> std::io::Result<()> {
+    let open = std::fs::File::options().write(true).open(file)?;
+    open.set_modified(std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(time))?;
+    #[cfg(unix)]
+    {
+        let mode = if runs { 0o755 } else { 0o644 };
+        open.set_permissions(std::os::unix::fs::PermissionsExt::from_mode(mode))?;
+    }
+    #[cfg(not(unix))]
+    let _ = runs;
+    Ok(())
 }
 
 /// The files in a folder, in order, as seen from the folder above.

@@ -1,9 +1,9 @@
 //! What differs by platform: how the programs are built, what they are called, how they are packed.
 
-use std::process::{Command, Stdio};
+use std::process::Command;
 
+use super::tools;
 use crate::cargo;
-use crate::run::{output, succeed};
 
 /// A platform that there is an archive for.
 pub struct Platform {
@@ -58,6 +58,16 @@ impl Platform {
         self.system == System::Linux
     }
 
+    /// Programs are run by Windows.
+    pub fn is_windows(&self) -> bool {
+        self.system == System::Windows
+    }
+
+    /// The processor's name.
+    pub fn arch(&self) -> &'static str {
+        self.target.split('-').next().unwrap_or_default()
+    }
+
     /// Name of the archive and of the folder in it.
     pub fn stem(&self, version: &str) -> String {
         format!("mislab-{version}-{}", self.name)
@@ -87,6 +97,14 @@ impl Platform {
         }
     }
 
+    /// What is double-clicked, in the archive.
+    pub fn double_clicked(&self) -> &'static str {
+        match self.system {
+            System::Linux | System::Mac => "mislab",
+            System::Windows => "MIS Lab.exe",
+        }
+    }
+
     /// What is typed, in the archive.
     pub fn program(&self) -> &'static str {
         match self.system {
@@ -95,50 +113,31 @@ impl Platform {
         }
     }
 
-    /// Cargo's command and target.
-    pub fn build_command(&self) -> [String; 3] {
-        let (command, target) = match self.system {
-            System::Linux => ("zigbuild", format!("{}.{GLIBC}", self.target)),
-            System::Windows | System::Mac => ("build", self.target.to_owned()),
-        };
-        [command.to_owned(), "--target".to_owned(), target]
+    /// Flags of the compiler that make the same programs of the same commit: mingw's linker notes the time otherwise.
+    pub fn flags(&self) -> &'static [&'static str] {
+        match self.system {
+            System::Linux | System::Mac => &[],
+            System::Windows => &["-Clink-arg=-Wl,--no-insert-timestamp"],
+        }
     }
 
-    /// Compiler's libraries and linker.
+    /// Cargo with its command and target.
     ///
     /// # Errors
-    /// If they are missing and cannot be installed.
-    pub fn provide(&self) -> Result<(), String> {
-        succeed(Command::new("rustup").args(["target", "add", self.target]))?;
-        if self.system == System::Linux {
-            provide_cargo("cargo-zigbuild", None)?;
-            provide_zig()?;
-        }
-        Ok(())
+    /// If the compiler's library or the linker is missing and cannot be installed.
+    pub fn build_command(&self) -> Result<Command, String> {
+        tools::provide_target(self.target)?;
+        Ok(match self.system {
+            System::Linux => {
+                let mut command = tools::cargo_zigbuild()?;
+                command.args(["zigbuild", "--target", &format!("{}.{GLIBC}", self.target)]);
+                command
+            }
+            System::Windows | System::Mac => {
+                let mut command = cargo();
+                command.args(["build", "--target", self.target]);
+                command
+            }
+        })
     }
-}
-
-/// One of cargo's commands, and the feature that it has for that, if any.
-///
-/// # Errors
-/// If it is missing and cannot be installed.
-pub fn provide_cargo(name: &str, feature: Option<&str>) -> Result<(), String> {
-    let mut there = Command::new(name);
-    let there = there.arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    if there.is_ok_and(|status| status.success()) {
-        return Ok(());
-    }
-    eprintln!("xtask: cargo install {name}");
-    let features = feature.map(|feature| ["--features", feature]);
-    succeed(cargo().args(["install", "--locked", name]).args(features.iter().flatten()))
-}
-
-/// zig as a linker, from Python's packages.
-fn provide_zig() -> Result<(), String> {
-    let there = |command: &mut Command| output(command).is_ok();
-    if there(Command::new("zig").arg("version")) || there(Command::new("python3").args(["-m", "ziglang", "version"])) {
-        return Ok(());
-    }
-    eprintln!("xtask: pip install ziglang");
-    succeed(Command::new("python3").args(["-m", "pip", "install", "--quiet", "--break-system-packages", "ziglang"]))
 }
