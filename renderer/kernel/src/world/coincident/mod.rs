@@ -97,7 +97,9 @@ fn place(shape: &LightShape) -> [u32; 13] {
             key[12] = 2 + u32::from(*inward);
         }
         LightShape::Facet(facet) => {
-            let corners = sorted_corners(facet);
+            // + 0.0: -0 is no other place.
+            let mut corners: Vec<Vec3> = facet.corners().map(|p| p + 0.0).collect();
+            corners.sort_by(|a, b| by_value(*a, *b));
             for (bits, v) in key.iter_mut().zip(corners.iter().flat_map(Vec3::to_array)) {
                 *bits = v.to_bits();
             }
@@ -106,13 +108,6 @@ fn place(shape: &LightShape) -> [u32; 13] {
         }
     }
     key
-}
-
-/// The corners by value, whatever their order. + 0.0: -0 is no other place.
-fn sorted_corners(facet: &Facet) -> Vec<Vec3> {
-    let mut corners: Vec<Vec3> = facet.corners().map(|p| p + 0.0).collect();
-    corners.sort_by(|a, b| by_value(*a, *b));
-    corners
 }
 
 fn by_value(a: Vec3, b: Vec3) -> Ordering {

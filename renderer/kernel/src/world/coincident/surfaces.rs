@@ -5,11 +5,10 @@
 //! other ray asks what a surface is made of, and whatever lies in one plane blocks the same.
 
 use std::cmp::{Ordering, Reverse};
-use std::hash::{DefaultHasher, Hash, Hasher};
 
 use glam::{DVec3, Vec3};
 
-use super::{SAME, by_reflectance, by_value, overlapping, sorted_corners};
+use super::{SAME, by_reflectance, by_value, overlapping};
 use crate::bsdf::BuiltMaterial;
 use crate::geometry::BuiltGeometry;
 use crate::geometry::shape::{Ball, Facet};
@@ -81,9 +80,9 @@ fn by_place(geometry: &BuiltGeometry, stop: Stop<'_>) -> Result<Vec<Placed>, Sto
     for id in 0..geometry.len() as u32 {
         stop.check_in_turn(id as usize)?;
         let (area, place) = match primitive(geometry, id) {
-            Primitive::Facet(facet) => (facet.area, hash(sorted_corners(facet).into_iter().map(bits))),
+            Primitive::Facet(facet) => (facet.area, hash(facet.corners())),
             Primitive::Ball(Ball { center, radius, .. }) => {
-                (radius * radius, hash([*center, Vec3::splat(*radius)].into_iter().map(bits)))
+                (radius * radius, hash([*center, Vec3::splat(*radius)].into_iter()))
             }
         };
         placed.push(Placed { area: area.to_bits(), place, id });
@@ -128,14 +127,21 @@ fn several_shapes(geometry: &BuiltGeometry, ids: impl Iterator<Item = u32>) -> b
     shapes.any(|shape| Some(shape) != first)
 }
 
-fn bits(v: Vec3) -> [u32; 3] {
-    (v + 0.0).to_array().map(f32::to_bits)
+/// A number for some points that does not depend on their order: other points have another one, but for once in 2^64 pairs.
+fn hash(points: impl Iterator<Item = Vec3>) -> u64 {
+    points.map(mixed).fold(0, u64::wrapping_add)
 }
 
-fn hash(points: impl Iterator<Item = [u32; 3]>) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    points.for_each(|point| point.hash(&mut hasher));
-    hasher.finish()
+/// All bits of a point in all bits of a number (the end of SplitMix64, twice).
+fn mixed(point: Vec3) -> u64 {
+    // + 0.0: -0 is no other place.
+    let [x, y, z] = (point + 0.0).to_array().map(|v| u64::from(v.to_bits()));
+    let mix = |v: u64| {
+        let v = (v ^ (v >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let v = (v ^ (v >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        v ^ (v >> 31)
+    };
+    mix(mix(x | y << 32).wrapping_add(z).wrapping_add(0x9e37_79b9_7f4a_7c15))
 }
 
 /// The pairs of places, of the first [`MOST_OVERLAPS`], that lie in one plane, overlap and are not all of one shape.
