@@ -92,8 +92,9 @@ fn material_warnings_and_errors() {
 
 #[test]
 fn plastic_says_that_pbrts_differs() {
-    let file =
-        parse(&world("Material \"plastic\" Shape \"sphere\" Material \"plastic\" \"rgb Kd\" [1 0 0] Shape \"sphere\""));
+    let file = parse(&world(
+        "Material \"plastic\" Shape \"sphere\" Material \"plastic\" \"rgb Kd\" [1 0 0] Shape \"sphere\" \"float radius\" 2",
+    ));
     assert_eq!(file.warnings.len(), 1, "said once: {:?}", file.warnings);
     let message = &file.warnings[0].message;
     for words in ["pbrt-v3", "swapped", "\"bool pbrtfresnel\" \"true\""] {

@@ -70,7 +70,7 @@ fn blocks_save_and_restore() {
            Translate 0 1 0
            Material \"mirror\"
          TransformEnd
-         Shape \"sphere\"",
+         Shape \"sphere\" \"float radius\" 2",
     ));
     assert_no_warnings(&file);
     let [a, b, c] = &file.scene.shapes[..] else { panic!("three shapes") };
