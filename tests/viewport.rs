@@ -12,7 +12,7 @@ use mislab::look::versus::Versus;
 use mislab::picture::film_texture::FilmPipeline;
 use mislab::picture::legend::{Key, legend_overlay};
 use mislab::picture::normalise::normalise;
-use mislab::picture::planes::{BLIND, Planes};
+use mislab::picture::planes::{BLIND, Planes, UNHIT};
 use mislab::picture::still::{planes_to_rgba8, render_to_rgba8};
 use mislab::picture::tone::{filmic, srgb_encode, surround, tone_map};
 use mislab::picture::viewport::{Shown, Viewport, ViewportResponse};
@@ -116,14 +116,14 @@ fn undrawn(size: [f32; 2]) -> Harness<'static, App> {
 fn synthetic(quantity: impl Into<Quantity>) -> Planes {
     let quantity = quantity.into();
     let [w, h] = SIZE;
-    let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, 1e-40, 3e38];
+    let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, UNHIT, 1e-40, 3e38];
     let mut data = Vec::new();
     for channel in 0..quantity.channels() {
         for y in 0..h {
             for x in 0..w {
                 let t = (x as f32 + 0.37 * y as f32 / h as f32) / w as f32;
                 data.push(if y >= h - 8 {
-                    special[(x / 8) as usize]
+                    special[x as usize * special.len() / w as usize]
                 } else {
                     match LayerLook::of(quantity).colouring {
                         Colouring::Radiance => {
@@ -247,6 +247,10 @@ fn at_100_percent_the_screen_holds_the_picture_pixel_by_pixel() {
             for x in 0..i64::from(w) {
                 let (sx, sy) = (x + left, y + top);
                 if sx < 0 || sy < 0 || sx >= i64::from(screen.width()) || sy >= i64::from(screen.height()) {
+                    continue;
+                }
+                // Hatchings begin at the corner of the window.
+                if [BLIND, UNHIT].contains(&planes.value(x as u32, y as u32)[0]) {
                     continue;
                 }
                 let shown = screen.get_pixel(sx as u32, sy as u32).0;
@@ -525,11 +529,11 @@ fn the_viewport_speaks_to_screen_readers() {
     harness.get_by_label("Picture");
     harness.state_mut().view.exposure_ev = -1.5;
     harness.run();
-    harness.get_by_label("Legend: Picture, EV -1.5, sRGB");
+    let hatched = "hatched: nothing hit yet, cross-hatched: cannot be hit";
+    harness.get_by_label(&format!("Legend: Picture, EV -1.5, sRGB, {hatched}"));
     harness.state_mut().show(Layer::Variance);
     harness.run();
     harness.get_by_label("Picture: Variance");
-    let hatched = "hatched: nothing hit yet, cross-hatched: cannot be hit";
     harness.get_by_label(&format!(
         "Legend: Variance over mean\u{b2}, per ray, ≤0.01, 0.1, 1, 10, 100, 1000, ≥10000, {hatched}"
     ));
