@@ -283,7 +283,8 @@ const HINTS: [&str; 6] = [
 
 const SPREAD: &str = "Variance, averaged over the pixels that show one surface and no rim of a light. The layer takes samples as \
                       independent. Small pictures of the pattern with other seeds say what a sample is worth as it is drawn: the \
-                      number of samples times the variance of their mean.";
+                      number of samples times the variance of their mean. In squared radiance the few pixels at rims of mirrored \
+                      lights weigh most, which that many replicates tell only roughly.";
 
 /// Why the expected picture is not the true one, if so.
 fn bias(frame: &Frame) -> Option<String> {
