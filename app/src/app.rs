@@ -275,8 +275,8 @@ impl MisLabApp {
             panes.against().planes().cloned()
         } else {
             let (layer, unit) = (document.active().layer, document.view.variance_unit);
-            let blind = self.lab.pane().blind();
-            self.lab.live().content().and_then(|content| content.planes(layer, unit, blind).ok()).map(Arc::new)
+            let dark = self.lab.pane().dark();
+            self.lab.live().content().and_then(|content| content.planes(layer, unit, dark).ok()).map(Arc::new)
         };
         let Some(planes) = planes else { return };
         if self.change(EditKey("normalise", 0), |document| normalise(&mut document.view, &planes)) {
@@ -328,8 +328,8 @@ impl MisLabApp {
 
     fn copy_values(&mut self, ctx: &Context) {
         let (Some(content), Some(at)) = (self.lab.live().content(), self.lab.pane().read()) else { return };
-        let (unit, blind) = (self.lab.document.view.variance_unit, self.lab.pane().blind().as_ref());
-        ctx.copy_text(Pixel { content: &content, at, unit, blind }.table());
+        let (unit, dark) = (self.lab.document.view.variance_unit, self.lab.pane().dark().as_ref());
+        ctx.copy_text(Pixel { content: &content, at, unit, dark }.table());
         self.lab.messages.say("The values of the pixel are on the clipboard.");
     }
 

@@ -150,14 +150,16 @@ impl Lab {
 
     /// Makes the reference as long as a study or the picture needs it, and measures the pictures against what there is of it.
     pub fn measure(&mut self, ctx: &egui::Context) {
-        let Self { document, engine, references, measuring, replicates, studies, sheets, .. } = self;
+        let Self { document, engine, panes, references, measuring, replicates, studies, sheets, .. } = self;
         // A table is not to be spoiled.
         let quiet = sheets.table.is_running();
         let against = document.arrangement() == Arrangement::Difference && document.view.versus == Versus::Errors;
         let wanted = studies.open.map_or(against, Study::is_beside_pictures) && !quiet;
-        references.keep(ctx, &document.request(document.active()), wanted, engine.threads());
+        let request = document.request(document.active());
+        references.keep(ctx, &request, wanted, engine.threads());
         // What was made stays of use: captions go on showing errors when the study is closed.
-        measuring.update(ctx, references.latest(), engine.pictures());
+        let selected = panes.selected(request.settings.pixel_bounds());
+        measuring.update(ctx, references.latest(), engine.pictures(), selected);
         let variance = !quiet
             && document.slots().len() == 1
             && document.active().layer == Layer::Variance

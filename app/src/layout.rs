@@ -26,7 +26,7 @@ use crate::panel::{
 use crate::picture::content::Content;
 use crate::picture::foreign::Foreign;
 use crate::picture::legend::{self, legend_ui};
-use crate::picture::sheet::Sheet;
+use crate::picture::sheet::{Recorder, Sheet};
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
@@ -315,10 +315,14 @@ fn pictures(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) ->
 
 /// Draws `add`; keeps what it has drawn where a figure of it is asked for.
 fn recorded(ui: &mut Ui, lab: &mut Lab, wanted: bool, place: Rect, add: impl FnOnce(&mut Ui, &mut Lab)) {
-    if wanted && !lab.figures.is_empty() {
+    let wanted = wanted && !lab.figures.is_empty();
+    if wanted && Recorder::is_mouse_forgotten(ui.ctx()) {
         lab.sheet = Some(Sheet::record(ui, place, |ui| add(ui, lab)));
-    } else {
-        add(ui, lab);
+        return;
+    }
+    add(ui, lab);
+    if wanted {
+        ui.ctx().request_repaint();
     }
 }
 

@@ -1,9 +1,9 @@
-//! What a strategy cannot sample, however many samples it takes.
+//! What a strategy cannot sample, however many samples it takes, and what a pixel without light is.
 
 use mislab_kernel::bsdf::MIRROR_ALPHA;
 use mislab_kernel::request::{Estimator, Request, Scene, Strategy};
 
-use crate::table::regions::visible_materials;
+use crate::table::regions::{shows_surface, visible_materials};
 
 /// The materials in use, by index, whose mirror the estimator never meets: it draws no BSDF samples, and a light sample
 /// has probability 0 of a mirror's one direction.
@@ -33,19 +33,39 @@ pub fn why_blind(scene: &Scene, estimator: &Estimator) -> Option<String> {
     Some(format!("biased on {names}: a light sample never meets a mirror's one direction"))
 }
 
-/// For each pixel of the full image, row by row, whether it shows nothing but [`blind_materials`]; `None` if there are
-/// none. It takes the time of a camera ray or two for each pixel.
-pub fn blind_pixels(request: &Request) -> Option<Vec<bool>> {
-    let blind = blind_materials(&request.scene, &request.settings.estimator);
-    if blind.is_empty() {
-        return None;
+/// What it says of a pixel that it is black.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dark {
+    /// There is no surface that could reflect anything: it is black.
+    Empty,
+    /// No sample has hit a light yet.
+    Unhit,
+    /// None ever will: it shows nothing but [`blind_materials`].
+    Blind,
+}
+
+/// For each pixel of the full image, row by row. It takes the time of a camera ray or two for each.
+pub fn dark_pixels(request: &Request) -> Vec<Dark> {
+    let (scene, resolution) = (&request.scene, request.settings.image.resolution);
+    let of_surface = |shows| if shows { Dark::Unhit } else { Dark::Empty };
+    let mut pixels: Vec<Dark> = shows_surface(scene, resolution).into_iter().map(of_surface).collect();
+    let blind = blind_materials(scene, &request.settings.estimator);
+    if !blind.is_empty() {
+        for (pixel, material) in pixels.iter_mut().zip(visible_materials(scene, resolution)) {
+            if material.is_some_and(|index| blind.contains(&index)) {
+                *pixel = Dark::Blind;
+            }
+        }
     }
-    let seen = visible_materials(&request.scene, request.settings.image.resolution);
-    Some(seen.into_iter().map(|material| material.is_some_and(|index| blind.contains(&index))).collect())
+    pixels
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use mislab_kernel::request::Settings;
+
     use super::*;
     use crate::pbrt::embedded_scene;
 
@@ -70,5 +90,24 @@ mod tests {
         ] {
             assert_eq!(why_blind(&scene, &estimator).as_deref(), expected, "{estimator:?}");
         }
+    }
+
+    #[test]
+    fn black_means_one_of_three_things() {
+        let mut file = embedded_scene();
+        file.settings.image.resolution = [80, 80];
+        let estimator = Estimator { strategy: Strategy::Light, ..Estimator::default() };
+        *file.scene.material_mut("plate1").and_then(|m| m.bsdf.alpha_mut()).expect("a plate is glossy") = 0.0;
+        let settings = Settings { estimator, ..file.settings };
+        let mut request = Request { scene: Arc::new(file.scene), settings };
+        let count = |request: &Request, dark| dark_pixels(request).into_iter().filter(|pixel| *pixel == dark).count();
+        let counts = |request: &Request| [Dark::Empty, Dark::Unhit, Dark::Blind].map(|dark| count(request, dark));
+        let [empty, unhit, blind] = counts(&request);
+        assert!(empty > 0 && unhit > 1000 && blind > 50, "lights, surfaces and a mirror: {empty}, {unhit}, {blind}");
+        request.settings.estimator.strategy = Strategy::MisAll;
+        assert_eq!(counts(&request), [empty, unhit + blind, 0], "BSDF samples meet the mirror's direction");
+        let camera = &mut Arc::make_mut(&mut request.scene).camera;
+        (camera.eye, camera.target) = (camera.target, camera.eye);
+        assert!(count(&request, Dark::Empty) > empty, "behind the camera there is less");
     }
 }

@@ -58,7 +58,7 @@ fn false_colours_have_their_legend_wherever_it_stands_in_the_window() {
     lab.until("the layer", |lab| lab.file("small_mis_all_4spp_layout_2.png").exists());
     let (size, pixels) = png(&lab.file("small_mis_all_4spp_layout_2.png"));
     assert!(size[0] == plain[0] && size[1] > plain[1] + 80, "{size:?} after {plain:?}");
-    let strip = &pixels[size[0] * (plain[1] - 60)..];
+    let strip = &pixels[size[0] * (plain[1] - 110)..];
     let amber = count(strip, |[r, g, b]| r > 180 && g > 110 && b < 60);
     let blue = count(strip, |[r, g, b]| b > 140 && r < 60 && g > 60);
     assert!(amber > 500 && blue > 500, "{amber} amber and {blue} blue pixels under the picture");

@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 
 use mislab_renderer::study::reference::Wish;
-use mislab_renderer::study::{Against, Mean, News, grow, p_values};
+use mislab_renderer::study::{Against, Mean, News, Part, grow, p_values};
 use mislab_renderer::{
     Estimator, ImageSettings, OneSampleWeights, Renderer, Request, Sampling, Scene, Settings, Strategy, pbrt,
 };
@@ -42,7 +42,8 @@ fn smallest_p(scene: &Arc<Scene>, against: &Against, estimator: Estimator, seeds
         let sampling = Sampling { spp: NonZeroU32::new(64), seed: 1000 + seed, ..Sampling::default() };
         let request = Request { scene: Arc::clone(scene), settings: Settings { estimator, sampling, image: IMAGE } };
         let frame = renderer.render(&request, &mut |_| true).expect("it can be rendered");
-        let means = Mean::of_frame(&frame, &against.cells).expect("64 samples have a variance");
+        let parts: Vec<Part> = against.cells.parts().collect();
+        let means = Mean::of_frame(&frame, &against.cells, &parts).expect("64 samples have a variance");
         let single: Vec<_> = means.iter().zip(&references).map(|(mean, r)| mean.p_value(r)).collect();
         p_values(&single).into_iter().flatten().fold(1.0, f64::min)
     };
@@ -86,7 +87,7 @@ fn a_reference_grows_until_it_is_not_wanted() {
     let (mut noise, mut spp) = (Vec::new(), Vec::new());
     grow(&scene, IMAGE, [1, 4096], 1, &mut |news| {
         if let News::Better(better) = news {
-            noise.push(better.noise(mislab_renderer::study::Part::Whole).expect("rendered").rel_mse().expect("pixels"));
+            noise.push(better.noise(Part::Whole).expect("rendered").rel_mse().expect("pixels"));
             spp.push(better.spp.expect("known"));
         }
         if spp.last() == Some(&512) { Wish::Stop } else { Wish::GoOn }

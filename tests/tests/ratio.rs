@@ -178,7 +178,7 @@ fn sentences_say_who_and_how_much() {
     };
     let ratio = ratio.expect("both have noise");
     let sentence = ratio.sentence();
-    assert_eq!(sentence, "Not distinguishable yet: a few bright samples decide", "its tails are too heavy");
+    assert_eq!(sentence, "not distinguishable yet: a few bright samples decide", "its tails are too heavy");
     let (scene, target) = place("plate2 at light 3");
     let [ratio] = ratios(&keyhole(&scene, EYE, target), [(Strategy::Bsdf, 7), (Strategy::Mis, 8)])[..1] else {
         panic!("there are many");
@@ -189,5 +189,5 @@ fn sentences_say_who_and_how_much() {
         panic!("there are many");
     };
     let sentence = null.expect("both have noise").sentence();
-    assert!(sentence.starts_with("Not distinguishable yet (A over B: "), "{sentence}");
+    assert!(sentence.starts_with("not distinguishable yet (A over B: "), "{sentence}");
 }

@@ -120,11 +120,11 @@ fn the_viewport_speaks_to_screen_readers() {
     harness.get_by_label("Picture");
     harness.state_mut().view.exposure_ev = -1.5;
     harness.run();
-    harness.get_by_label("Legend: Picture, EV -1.5, sRGB");
+    let hatched = "hatched: nothing hit yet, cross-hatched: cannot be hit";
+    harness.get_by_label(&format!("Legend: Picture, EV -1.5, sRGB, {hatched}"));
     harness.state_mut().show(Layer::Variance);
     harness.run();
     harness.get_by_label("Picture: Variance");
-    let hatched = "hatched: nothing hit yet, cross-hatched: cannot be hit";
     harness.get_by_label(&format!(
         "Legend: Variance over mean\u{b2}, per ray, ≤0.01, 0.1, 1, 10, 100, 1000, ≥10000, {hatched}"
     ));

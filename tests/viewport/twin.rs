@@ -7,6 +7,7 @@ use egui_kittest::Harness;
 use mislab::look::colormap::LIGHT_TECHNIQUE;
 use mislab::look::versus::Versus;
 use mislab::picture::planes::Planes;
+use mislab::picture::planes::{BLIND, UNHIT};
 use mislab::picture::still::planes_to_rgba8;
 use mislab::picture::tone::surround;
 use mislab::state::placement::Placement;
@@ -120,6 +121,10 @@ fn at_100_percent_the_screen_holds_the_picture_pixel_by_pixel() {
             for x in 0..i64::from(w) {
                 let (sx, sy) = (x + left, y + top);
                 if sx < 0 || sy < 0 || sx >= i64::from(screen.width()) || sy >= i64::from(screen.height()) {
+                    continue;
+                }
+                // Hatchings begin at the corner of the window.
+                if [BLIND, UNHIT].contains(&planes.value(x as u32, y as u32)[0]) {
                     continue;
                 }
                 let shown = screen.get_pixel(sx as u32, sy as u32).0;

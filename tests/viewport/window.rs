@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use mislab::look::layer::{Colouring, LayerLook, Quantity};
 use mislab::picture::film_texture::FilmPipeline;
 use mislab::picture::legend::{Key, legend_overlay};
-use mislab::picture::planes::{BLIND, Planes};
+use mislab::picture::planes::{BLIND, Planes, UNHIT};
 use mislab::picture::viewport::{Shown, Viewport, ViewportResponse};
 use mislab::state::placement::Geometry;
 use mislab::state::view::ViewState;
@@ -109,14 +109,14 @@ pub fn undrawn(size: [f32; 2]) -> Harness<'static, App> {
 pub fn synthetic(quantity: impl Into<Quantity>) -> Planes {
     let quantity = quantity.into();
     let [w, h] = SIZE;
-    let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, 1e-40, 3e38];
+    let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, UNHIT, 1e-40, 3e38];
     let mut data = Vec::new();
     for channel in 0..quantity.channels() {
         for y in 0..h {
             for x in 0..w {
                 let t = (x as f32 + 0.37 * y as f32 / h as f32) / w as f32;
                 data.push(if y >= h - 8 {
-                    special[(x / 8) as usize]
+                    special[x as usize * special.len() / w as usize]
                 } else {
                     match LayerLook::of(quantity).colouring {
                         Colouring::Radiance => {

@@ -1,4 +1,4 @@
-//! Figures of what is seen: asked for in one pass, recorded in the next, made by a thread.
+//! Figures of what is seen: asked for in one pass, recorded in the next but one, made by a thread.
 
 use std::sync::Arc;
 
@@ -11,24 +11,27 @@ use crate::look::names::equal_name;
 use crate::picture::figure::caption;
 use crate::picture::legend::colour_note;
 use crate::picture::paper::Paper;
-use crate::picture::sheet::Sheet;
+use crate::picture::sheet::{Recorder, Sheet};
 use crate::state::command::Figure;
 use crate::state::file_name;
 
 impl MisLabApp {
-    /// Asks for a figure, which takes another pass.
+    /// Asks for a figure, which takes two more passes: the first forgets the mouse.
     pub(super) fn export(&mut self, ctx: &Context, figure: Figure) {
         if figure == Figure::Svg && self.lab.studies.open.is_none() {
             self.lab.messages.complain("An SVG is made of a study: open one first, e.g. G for convergence.");
             return;
         }
         self.lab.figures.push(figure);
+        // A readout under the mouse is nothing on paper.
+        Recorder::hide_mouse(ctx);
         ctx.request_repaint();
     }
 
     /// Makes the figures asked for of what this pass has recorded.
     pub(super) fn make_figures(&mut self, ctx: &Context) {
         let Some(sheet) = self.lab.sheet.take().map(Arc::new) else { return };
+        Recorder::show_mouse(ctx);
         for figure in std::mem::take(&mut self.lab.figures) {
             self.make_figure(ctx, figure, sheet.clone());
         }

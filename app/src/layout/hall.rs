@@ -12,6 +12,7 @@ use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::waiting_ui;
 use crate::panel::{compare, display, formula, menu, status, strategy};
 use crate::picture::content::Content;
+use crate::picture::legend::hatched_ui;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 
@@ -69,14 +70,16 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     formula::formula_ui(ui, made.then_some(&slot.estimator), TypeScale::Hall);
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(GRID);
-        ui.allocate_ui(vec2(ui.available_width(), HALL_LINES), |ui| {
-            ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
-                Some(_) if lab.document.slots().len() > 1 => {}
-                Some(Content::Frame(frame)) => single_caption(lab, frame).column_ui(ui),
-                Some(Content::File(file)) => file_caption_ui(ui, lab, file),
-                None => waiting_ui(ui),
+        // Each of several pictures has its own caption, and the switch of what is equal needs the room.
+        if lab.document.slots().len() == 1 {
+            ui.allocate_ui(vec2(ui.available_width(), HALL_LINES), |ui| {
+                ui.with_layout(Layout::top_down(Align::Min), |ui| match &content {
+                    Some(Content::Frame(frame)) => single_caption(lab, frame).column_ui(ui),
+                    Some(Content::File(file)) => file_caption_ui(ui, lab, file),
+                    None => waiting_ui(ui),
+                });
             });
-        });
+        }
         if let Some(progress) = lab.sheets.table.progress() {
             ui.allocate_ui(vec2(ui.available_width(), ui.spacing().interact_size.y), |ui| {
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| status::table_ui(ui, &progress, out));
@@ -96,8 +99,12 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             }
             // A study, and two pictures as one, have colours of their own.
             let as_one = lab.document.arrangement() == Arrangement::Difference;
-            if !LayerLook::of(slot.layer).is_colour() && !as_one && lab.studies.open.is_none() {
-                active_legend_ui(ui, lab);
+            if !as_one && lab.studies.open.is_none() {
+                if LayerLook::of(slot.layer).is_colour() {
+                    hatched_ui(ui);
+                } else {
+                    active_legend_ui(ui, lab);
+                }
             }
         });
     });

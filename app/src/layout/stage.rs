@@ -15,6 +15,7 @@ use crate::panel::file_caption::FileCaption;
 use crate::picture::against;
 use crate::picture::content::Content;
 use crate::picture::pane::Subject;
+use crate::picture::sheet::Recorder;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::paths::shortened;
@@ -29,6 +30,7 @@ const FRAME: f32 = 2.0;
 pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) {
     let place = ui.available_rect_before_wrap();
     let cursor = lab.panes.cursor();
+    lab.panes.begin_pass();
     ui.painter().rect_filled(place, 0.0, ui.visuals().panel_fill);
     match lab.document.arrangement() {
         Arrangement::One => pane_ui(ui, lab, 0, [place, place], legend, out),
@@ -62,10 +64,12 @@ fn pane_ui(ui: &mut Ui, lab: &mut Lab, slot: usize, [viewport, clip]: [Rect; 2],
         hovered: panes.hovered(),
         pinning: studies.open == Some(Study::Explain),
         marked: studies.explain.marked().filter(|_| studies.open == Some(Study::Explain)),
+        turn: panes.has_turn(slot),
+        selects: studies.open.is_some_and(Study::is_beside_pictures),
     };
     ui.scope_builder(UiBuilder::new().id_salt(("picture", slot)).max_rect(viewport), |ui| {
         ui.set_clip_rect(clip.intersect(ui.clip_rect()));
-        panes.all_mut()[slot].ui(ui, document, &subject, out);
+        panes.pane_ui(ui, document, &subject, out);
     });
 }
 
@@ -80,7 +84,7 @@ fn grid_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, [columns, rows]: [usize; 2],
         pane_ui(ui, lab, slot, [picture, picture], legend, out);
         caption_ui(ui, lab, slot, caption, Align::Min, out);
         if slot == lab.document.active_index() {
-            frame_ui(ui, cell);
+            Recorder::on_screen_only(ui, |ui| frame_ui(ui, cell));
         }
     }
 }
@@ -135,7 +139,8 @@ fn divider_ui(ui: &mut Ui, lab: &mut Lab, place: Rect) {
     painter.vline(x, place.y_range(), Stroke::new(3.0, egui::Color32::from_black_alpha(160)));
     painter.vline(x, place.y_range(), Stroke::new(1.5, egui::Color32::WHITE));
     let handle = Rect::from_center_size(pos2(x, place.center().y), vec2(2.0 * GRID, 10.0 * GRID));
-    painter.rect(handle, GRID, egui::Color32::WHITE, Stroke::new(1.0, egui::Color32::BLACK), StrokeKind::Outside);
+    let stroke = Stroke::new(1.0, egui::Color32::BLACK);
+    Recorder::on_screen_only(ui, |_| painter.rect(handle, GRID, egui::Color32::WHITE, stroke, StrokeKind::Outside));
     response.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
 }
 
@@ -146,7 +151,7 @@ fn flip_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, legend: bool, out: &mut Vec<
     let shown = if flipped { 1 - active } else { active };
     let (picture, captions) = place.split_top_bottom_at_y(place.bottom() - caption_height(ui));
     pane_ui(ui, lab, shown, [picture, picture], legend, out);
-    lab.panes.all_mut()[1 - shown].rest();
+    lab.panes.rest(1 - shown);
     let (first, second) = captions.split_left_right_at_fraction(0.5);
     for (slot, caption) in [first, second].into_iter().enumerate() {
         if slot == shown {
@@ -169,11 +174,11 @@ fn difference_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, out: &mut Vec<Command>
     let Lab { document, engine, panes, references, .. } = lab;
     let frames = [0, 1].map(|slot| engine.pictures()[slot].frame());
     let subject = against::Subject { frames, reference: references.latest(), words: references.words() };
-    let against = panes.against_mut();
     ui.scope_builder(UiBuilder::new().id_salt("against").max_rect(picture), |ui| {
         ui.set_clip_rect(picture.intersect(ui.clip_rect()));
-        against.ui(ui, document, &subject);
+        panes.against_ui(ui, document, &subject);
     });
+    let against = panes.against();
     ui.scope_builder(UiBuilder::new().id_salt("versus").max_rect(strip.shrink2(vec2(2.0 * GRID, 0.0))), |ui| {
         let found = match document.view.versus {
             Versus::Errors if against.planes().is_some() => format!("{}; {}", against.found(), subject.words),

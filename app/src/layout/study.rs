@@ -41,8 +41,10 @@ pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, ou
         let Lab { studies, document, engine, panes, references, measuring, pacing, sheets, .. } = lab;
         // A table is not to be spoiled.
         let pace = if sheets.table.is_running() { Pace::Paused } else { pacing.pace() };
+        let selected = panes.selected(document.request(document.active()).settings.pixel_bounds());
         let subject = Subject {
             document,
+            selected,
             pictures: engine.pictures(),
             references,
             measuring,

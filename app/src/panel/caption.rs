@@ -231,12 +231,17 @@ impl Caption {
     fn remarks_ui(&self, ui: &mut Ui) {
         let wrong = Inks::of(ui.visuals()).wrong;
         let font = TextStyle::Small.resolve(ui.style());
-        let biased = self.bias.as_deref();
         let behind = self.behind.then_some("previous settings \u{2026}");
         let gap = ui.spacing().item_spacing.x;
         let spread = self.spread.as_deref();
-        let remarks: f32 =
-            [spread, biased, behind].into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
+        let wide = |texts: [Option<&str>; 3]| -> f32 {
+            texts.into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum()
+        };
+        // Where there is no room for the reason there is one for the word.
+        let room = ui.available_width() - 5.0 * font.size;
+        let bias = self.bias.as_deref();
+        let biased = if wide([spread, bias, behind]) > room { bias.map(|_| BIASED) } else { bias };
+        let remarks = wide([spread, biased, behind]);
         let small = |text: &str| RichText::new(text).text_style(TextStyle::Small);
         let scene = egui::Label::new(small(&self.scene).color(ui.visuals().weak_text_color())).truncate();
         // What is wrong goes before the name.
@@ -246,12 +251,14 @@ impl Caption {
             ui.add(scene)
         });
         scene.inner.hint(format!("The scene: {}", self.scene));
+        if let (Some(text), Some(bias)) = (biased, &self.bias) {
+            let response = ui.add(egui::Label::new(small(text).color(wrong)).truncate());
+            response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, bias));
+            response.hint(bias.clone());
+        }
         if let Some(text) = &self.spread {
             let ink = ui.visuals().text_color();
             ui.add(egui::Label::new(small(text).color(ink)).truncate()).hint(SPREAD);
-        }
-        if let (Some(text), Some(bias)) = (biased, &self.bias) {
-            ui.add(egui::Label::new(small(text).color(wrong)).truncate()).hint(bias.clone());
         }
         if let Some(text) = behind {
             ui.label(small(text).italics());
@@ -274,8 +281,10 @@ const HINTS: [&str; 6] = [
     "relMSE against the reference: the mean of (x - r)\u{b2} / (r\u{b2} + 0.01).",
 ];
 
-const SPREAD: &str = "Variance, averaged over the picture. The layer takes samples as independent. Small pictures of the pattern with other seeds say what a sample is worth as \
-                      it is drawn: the number of samples times the variance of their mean.";
+const SPREAD: &str = "Variance, averaged over the pixels that show one surface and no rim of a light. The layer takes samples as \
+                      independent. Small pictures of the pattern with other seeds say what a sample is worth as it is drawn: the \
+                      number of samples times the variance of their mean. In squared radiance the few pixels at rims of mirrored \
+                      lights weigh most, which that many replicates tell only roughly.";
 
 /// Why the expected picture is not the true one, if so.
 fn bias(frame: &Frame) -> Option<String> {

@@ -7,6 +7,7 @@ use crate::look::names::equal_name;
 use crate::look::versus::Versus;
 use crate::panel::hint::Hint as _;
 use crate::panel::widgets::segmented;
+use crate::picture::sheet::Recorder;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::document::Document;
@@ -79,10 +80,13 @@ pub fn versus_ui(ui: &mut Ui, document: &Document, found: &str, out: &mut Vec<Co
     let hint = |ui: &mut Ui, versus: Versus| {
         ui.label(versus.description());
     };
-    ui.scope(|ui| {
-        ui.set_max_width(ui.available_width().min(18.0 * TextStyle::Body.resolve(ui.style()).size));
-        let picked = segmented(ui, "A against B", document.view.versus, &choices, true, &hint);
-        out.extend(picked.map(|versus| Edit::SetVersus(versus).into()));
+    // The legend says which one it is.
+    Recorder::on_screen_only(ui, |ui| {
+        ui.scope(|ui| {
+            ui.set_max_width(ui.available_width().min(18.0 * TextStyle::Body.resolve(ui.style()).size));
+            let picked = segmented(ui, "A against B", document.view.versus, &choices, true, &hint);
+            out.extend(picked.map(|versus| Edit::SetVersus(versus).into()));
+        });
     });
     let response = ui.add(Label::new(found).wrap());
     response.hint("With its 95 % band: of the plate under the light that the mouse is on, or of all. Shift and drag in the picture: of that part, until Shift and click.");

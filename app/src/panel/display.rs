@@ -11,7 +11,7 @@ use crate::panel::hint::{self, Hint as _};
 use crate::panel::math::text;
 use crate::panel::widgets::{ParamSlider, Scale, focus_ring, segmented, title, wide_button};
 use crate::picture::histogram::Histogram;
-use crate::picture::legend::{Key, colour_note, legend_ui};
+use crate::picture::legend::{Key, colour_note, hatched_ui, legend_ui};
 use crate::picture::tone::clipped_from;
 use crate::state::command::Command;
 use crate::state::document::Document;
@@ -107,6 +107,7 @@ fn colour_ui(ui: &mut Ui, key: Key<'_>, default: &ViewState, histogram: &Histogr
     let view = key.view;
     title(ui, "Display");
     histogram_ui(ui, key, histogram);
+    hatched_ui(ui);
     let remark = "The radiances stay what they are. (E, Shift+E)";
     let exposure = exposure_ui(ui, ("Exposure", 72.0), view, default.exposure_ev, remark);
     out.extend(exposure.map(|ev| Edit::SetExposure(ev).into()));

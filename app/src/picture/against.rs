@@ -5,21 +5,21 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Color32, Rect, Stroke, StrokeKind, Ui};
+use eframe::egui::{self, Ui};
 use mislab_renderer::study::Against as Reference;
 use mislab_renderer::{Frame, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
-use crate::picture::blind::BlindSpots;
 use crate::picture::comparing::{Answer, Question};
+use crate::picture::dark::DarkSpots;
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::legend::{Key, legend_overlay};
 use crate::picture::planes::Planes;
+use crate::picture::selection::Selection;
 use crate::picture::squares::Squares;
 use crate::picture::viewport::{Shown, Viewport};
 use crate::state::document::Document;
 use crate::state::passes;
-use crate::state::placement::Geometry;
 
 /// It follows the pictures at most this often: both are gone through for it.
 const INTERVAL: Duration = Duration::from_millis(250);
@@ -37,7 +37,7 @@ pub struct Subject {
 /// Two pictures on screen as one.
 pub struct Against {
     viewport: Viewport,
-    blind: [BlindSpots; 2],
+    dark: [DarkSpots; 2],
     squares: Squares,
     /// The square that the mouse was on in the last pass: an index into those of the answer.
     on: Option<usize>,
@@ -49,16 +49,12 @@ pub struct Against {
     begun: Option<Instant>,
     /// Why there is nothing.
     why: Cow<'static, str>,
-    /// The part that the sentence is about, in pixels of the full image; `None`: all of it.
-    part: Option<PixelRect>,
-    /// Where a part began to be selected.
-    from: Option<[u32; 2]>,
 }
 
 #[derive(Clone, PartialEq)]
 struct Of {
     frames: [(u64, u32, usize); 2],
-    blind: [Option<usize>; 2],
+    dark: [Option<usize>; 2],
     versus: Versus,
     equal: Lockstep,
     reference: Option<usize>,
@@ -71,7 +67,7 @@ impl Against {
     pub fn new(pipeline: Option<FilmPipeline>) -> Self {
         Self {
             viewport: Viewport::new(pipeline),
-            blind: Default::default(),
+            dark: Default::default(),
             squares: Squares::default(),
             on: None,
             of: None,
@@ -79,8 +75,6 @@ impl Against {
             running: None,
             begun: None,
             why: Cow::default(),
-            part: None,
-            from: None,
         }
     }
 
@@ -100,13 +94,16 @@ impl Against {
         }
     }
 
-    /// Draws them over all that is left of `ui`.
-    pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &Subject) {
+    /// Draws them over all that is left of `ui`, and lets the mouse select the part that the sentence is about.
+    pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &Subject, selection: &mut Selection) {
         match &subject.frames {
             [Some(a), Some(b)] if same_pixels(a, b) => match fitting(subject.reference.as_ref(), document, [a, b]) {
                 Err(why) => self.nothing(why),
                 Ok(None) if document.view.versus == Versus::Errors => self.nothing(subject.words.clone()),
-                Ok(reference) => self.update(ui.ctx(), document, [a, b], reference),
+                Ok(reference) => {
+                    selection.keep_within(a.bounds());
+                    self.update(ui.ctx(), document, [a, b], reference, selection.part());
+                }
             },
             [Some(_), Some(_)] => self.nothing("The pictures have different sizes: nothing to compare."),
             [None, _] | [_, None] => self.nothing("Rendering the first pictures \u{2026}"),
@@ -121,10 +118,7 @@ impl Against {
         let bounds = planes.bounds();
         self.on = response.hovered_pixel.and_then(|at| self.squares.at(at, bounds));
         let here = response.hovered_pixel.map(|[x, y]| planes.value(x - bounds.min[0], y - bounds.min[1])[0]);
-        self.select(ui, &response.response, &geometry, bounds);
-        if let Some(part) = self.part {
-            outline(ui, rect, &geometry, part);
-        }
+        selection.ui(ui, &response.response, &geometry, bounds);
         let key = Key { quantity, view: &document.view, here };
         legend_overlay(ui, rect, geometry.picture_rect(), key);
     }
@@ -137,29 +131,6 @@ impl Against {
         self.why = why.into();
     }
 
-    /// With Shift a drag selects a part, and a click all.
-    fn select(&mut self, ui: &Ui, response: &egui::Response, geometry: &Geometry, bounds: PixelRect) {
-        let shift = ui.input(|input| input.modifiers.shift);
-        let pixel = |at: egui::Pos2| {
-            let at = geometry.to_image(at);
-            [0, 1].map(|i| (at[i].max(0.0) as u32).clamp(bounds.min[i], bounds.max[i].saturating_sub(1)))
-        };
-        if shift && response.clicked() {
-            self.part = None;
-        }
-        if shift && response.drag_started_by(egui::PointerButton::Primary) {
-            self.from = ui.input(|input| input.pointer.press_origin()).map(pixel);
-        }
-        if let (Some(from), Some(to)) = (self.from, response.interact_pointer_pos().map(pixel)) {
-            let (min, max) = ([0, 1].map(|i| from[i].min(to[i])), [0, 1].map(|i| from[i].max(to[i]) + 1));
-            self.part = Some(PixelRect { min, max });
-            ui.ctx().set_cursor_icon(egui::CursorIcon::Crosshair);
-        }
-        if !response.dragged() {
-            self.from = None;
-        }
-    }
-
     /// Takes over what is worked out, and asks again where there is something new.
     fn update(
         &mut self,
@@ -167,6 +138,7 @@ impl Against {
         document: &Document,
         [a, b]: [&Arc<Frame>; 2],
         reference: Option<Arc<Reference>>,
+        part: Option<PixelRect>,
     ) {
         match self.running.as_ref().map(|(_, answer)| answer.try_recv()) {
             Some(Ok(answer)) => {
@@ -176,20 +148,19 @@ impl Against {
             Some(Err(TryRecvError::Disconnected)) => self.running = None,
             Some(Err(TryRecvError::Empty)) | None => {}
         }
-        let [first, second] = &mut self.blind;
-        let blind = [first.of(ctx, a), second.of(ctx, b)];
+        let [first, second] = &mut self.dark;
+        let dark = [first.of(ctx, a), second.of(ctx, b)];
         let cells =
             self.squares.of(ctx, a.request()).filter(|_| a.request().settings.image == b.request().settings.image);
-        self.part = self.part.and_then(|part| inside(part, a.bounds()));
         let of = Of {
             frames: [a, b]
                 .map(|frame| (frame.generation(), frame.spp(), Weak::as_ptr(&Arc::downgrade(frame)) as usize)),
-            blind: blind.each_ref().map(|blind| blind.as_ref().map(|blind| Arc::as_ptr(blind) as usize)),
+            dark: dark.each_ref().map(|dark| dark.as_ref().map(|dark| Arc::as_ptr(dark) as usize)),
             versus: document.view.versus,
             equal: document.equal,
             reference: reference.as_ref().map(|reference| Arc::as_ptr(reference) as usize),
             cells: cells.as_ref().map(|cells| Arc::as_ptr(cells) as usize),
-            part: self.part,
+            part,
         };
         if self.running.is_some() || self.of.as_ref() == Some(&of) {
             return;
@@ -201,7 +172,7 @@ impl Against {
             return;
         }
         let frames = [a, b].map(Arc::clone);
-        let question = Question { frames, blind, versus: of.versus, equal: of.equal, reference, cells, part: of.part };
+        let question = Question { frames, dark, versus: of.versus, equal: of.equal, reference, cells, part: of.part };
         let (sender, receiver) = channel();
         let ctx = ctx.clone();
         let work = move || {
@@ -240,19 +211,4 @@ fn fitting(
     }
     let of_pixels = |reference: &&Arc<Reference>| reference.len() == frames[0].bounds().area();
     Ok(reference.filter(of_pixels).cloned())
-}
-
-/// The part of `bounds` that is in `part`; `None` if there is none.
-fn inside(part: PixelRect, bounds: PixelRect) -> Option<PixelRect> {
-    let min = [0, 1].map(|i| part.min[i].max(bounds.min[i]));
-    let max = [0, 1].map(|i| part.max[i].min(bounds.max[i]));
-    (min[0] < max[0] && min[1] < max[1]).then_some(PixelRect { min, max })
-}
-
-fn outline(ui: &Ui, rect: Rect, geometry: &Geometry, part: PixelRect) {
-    let [min, max] = [part.min, part.max].map(|at| geometry.to_screen(at.map(|v| v as f32)));
-    let painter = ui.painter_at(rect);
-    for (width, ink) in [(4.0, Color32::from_black_alpha(150)), (1.5, Color32::WHITE)] {
-        painter.rect_stroke(Rect::from_min_max(min, max), 0.0, Stroke::new(width, ink), StrokeKind::Middle);
-    }
 }

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use mislab_renderer::blind::Dark;
 use mislab_renderer::metrics::Region;
 use mislab_renderer::metrics::ratio::{Noise, Pixels, Ratio};
 use mislab_renderer::study::{Against, Cells};
 use mislab_renderer::{Frame, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
-use crate::picture::blind::Blind;
+use crate::picture::dark::Darks;
 use crate::picture::planes::Planes;
 use crate::picture::variance::{self, luminance};
 use crate::state::view::VarianceUnit;
@@ -20,8 +21,8 @@ const BLOCK: usize = 8;
 pub struct Question {
     /// A and B.
     pub frames: [Arc<Frame>; 2],
-    /// What they cannot sample.
-    pub blind: [Blind; 2],
+    /// What their pixels are.
+    pub dark: [Darks; 2],
     /// Which number of both.
     pub versus: Versus,
     /// What they have alike.
@@ -51,7 +52,7 @@ impl Question {
     pub fn answer(&self) -> Option<Answer> {
         let [a, b] = &self.frames;
         let (bounds, image) = (a.bounds(), a.request().settings.image.resolution);
-        let sides = [a, b].map(|frame| Side::of(frame, unit(self.equal)).without(&self.blind, bounds, image));
+        let sides = [a, b].map(|frame| Side::of(frame, unit(self.equal)).without(&self.dark, bounds, image));
         let noise = || Pixels::noise(&sides[0].noise(), &sides[1].noise(), bounds.width() as usize);
         let (pixels, data) = match self.versus {
             Versus::Difference => (noise(), difference(&sides)),
@@ -70,13 +71,13 @@ impl Question {
         };
         let mut planes = Planes::new(self.versus, bounds, image, data);
         // What cannot be sampled is no noise, but an error.
-        for not in self.blind.iter().flatten().filter(|_| self.versus != Versus::Errors) {
-            planes.mark(not);
+        for dark in self.dark.iter().flatten().filter(|_| self.versus != Versus::Errors) {
+            planes.mark(dark);
         }
         let what = if self.versus == Versus::Errors { "" } else { per(self.equal) };
         let sentence = |place: &str, region: &Region<'_>| match Ratio::of(&pixels, region) {
             Some(ratio) => format!("{place}: {}{what}", ratio.sentence()),
-            None => format!("{place}: nothing to compare yet."),
+            None => format!("{place}: nothing to compare yet"),
         };
         let part = self.part.map(|part| {
             let region = Region::Rect { width: bounds.width() as usize, rect: relative(part, bounds) };
@@ -140,12 +141,12 @@ impl Side {
     }
 
     /// Without the pixels that one of the pictures cannot sample.
-    fn without(mut self, blind: &[Blind; 2], bounds: PixelRect, image: [u32; 2]) -> Self {
+    fn without(mut self, dark: &[Darks; 2], bounds: PixelRect, image: [u32; 2]) -> Self {
         let width = bounds.width() as usize;
-        for not in blind.iter().flatten() {
+        for dark in dark.iter().flatten() {
             for (pixel, variance) in self.variance.iter_mut().enumerate() {
                 let [x, y] = [pixel % width + bounds.min[0] as usize, pixel / width + bounds.min[1] as usize];
-                if not[y * image[0] as usize + x] {
+                if dark[y * image[0] as usize + x] == Dark::Blind {
                     *variance = f32::NAN;
                 }
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use mislab_renderer::{Channel, Frame, Layer};
 
 use crate::look::layer::LayerLook;
-use crate::picture::blind::Blind;
+use crate::picture::dark::Darks;
 use crate::picture::foreign::Foreign;
 use crate::picture::planes::Planes;
 use crate::state::view::VarianceUnit;
@@ -41,9 +41,9 @@ impl Content {
     ///
     /// # Errors
     /// If there are none, why not.
-    pub fn planes(&self, layer: Layer, unit: VarianceUnit, blind: &Blind) -> Result<Planes, String> {
+    pub fn planes(&self, layer: Layer, unit: VarianceUnit, dark: &Darks) -> Result<Planes, String> {
         match self {
-            Self::Frame(frame) => Ok(Planes::shown(frame, layer, unit, blind.as_ref().map(|blind| blind.as_slice()))),
+            Self::Frame(frame) => Ok(Planes::shown(frame, layer, unit, dark.as_ref().map(|dark| dark.as_slice()))),
             Self::File(file) => {
                 let planes = file.planes(layer, LayerLook::of(layer).name)?;
                 if layer == Layer::Variance && unit != VarianceUnit::OneSample {

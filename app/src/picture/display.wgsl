@@ -33,8 +33,9 @@ const WEIGHT_SLACK = 1e-3;
 const LOG10_2 = 0.30102999566;
 const LAST_ENTRY = 255.0;
 const CROSSED_PERIODS = 2048.0;
-// Of all numbers the least: a pixel that cannot be sampled.
+// Of all numbers the least: a pixel that cannot be sampled; and half of that: one that has not been hit yet.
 const BLIND = -3.40282346638528859812e38;
+const UNHIT = -1.70141173319264429906e38;
 
 @group(0) @binding(0) var<uniform> u: Uniforms;
 @group(0) @binding(1) var planes: texture_2d_array<f32>;
@@ -118,6 +119,12 @@ fn cross_hatch_at(at: vec2<f32>) -> vec3<f32> {
 
 fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     let v = textureLoad(planes, pixel, 0, 0).r;
+    if v == UNHIT {
+        return hatch_at(at);
+    }
+    if v == BLIND {
+        return cross_hatch_at(at);
+    }
     if by.kind == COLOUR {
         let rgb = vec3<f32>(v, textureLoad(planes, pixel, 1, 0).r, textureLoad(planes, pixel, 2, 0).r);
         if !(is_finite(rgb.r) && is_finite(rgb.g) && is_finite(rgb.b)) || any(rgb < vec3<f32>(0.0)) {
@@ -130,9 +137,6 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     }
     if is_nan(v) {
         return hatch_at(at);
-    }
-    if v == BLIND {
-        return cross_hatch_at(at);
     }
     if by.kind == SIGNED {
         if !is_finite(v) {

@@ -73,12 +73,28 @@ pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, 
     legend.size
 }
 
+/// The hatchings of colours alone, in a line, for where nothing else has to be said of them.
+pub fn hatched_ui(ui: &mut egui::Ui) {
+    let hatched = Hatched::new(ui, Layer::Picture.into(), None);
+    let (rect, response) = ui.allocate_exact_size(hatched.size(), Sense::hover());
+    hatched.paint(ui.painter(), rect.min, ui.visuals().strong_text_color());
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, Hatched::spoken()));
+}
+
+/// The same without a place in a layout, its upper left corner at `at`; returns its height.
+pub fn hatched_on_paper(ui: &egui::Ui, at: Pos2) -> f32 {
+    let hatched = Hatched::new(ui, Layer::Picture.into(), None);
+    hatched.paint(ui.painter(), at, ui.visuals().strong_text_color());
+    hatched.size().y
+}
+
 /// A legend laid out.
 struct Legend {
     title: Arc<Galley>,
     /// Under the title for colour layers, which have no bar.
     note: Option<Arc<Galley>>,
     bar: Option<Bar>,
+    hatched: Hatched,
     text: Color32,
     size: Vec2,
     /// For screen readers and tests.
@@ -91,9 +107,16 @@ struct Bar {
     colours: Vec<Color32>,
     /// Position in [0, 1] and the text, where there is room for one; the first and the last are aligned to the ends.
     ticks: Vec<(f32, Option<Arc<Galley>>)>,
-    /// What the hatchings mean, in a line below: no sample has hit yet, and none can.
-    hatched: [Arc<Galley>; 2],
-    hatch: [Color32; 2],
+    /// Height of the tallest of those.
+    tick_height: f32,
+    /// Where the number under the mouse is, in [0, 1].
+    here: Option<f32>,
+}
+
+/// What the hatchings mean, in a line: no sample has hit yet, and none can.
+struct Hatched {
+    words: [Arc<Galley>; 2],
+    colours: [Color32; 2],
     /// What is under the mouse.
     here: Option<Here>,
 }
@@ -113,26 +136,26 @@ impl Legend {
     fn new(ui: &egui::Ui, key: Key<'_>, available: f32) -> Self {
         let Key { quantity, view, here } = key;
         let look = LayerLook::of(quantity);
-        let dark = ui.visuals().dark_mode;
         let text = ui.visuals().strong_text_color();
-        let body = TextStyle::Body.resolve(ui.style());
-        let small = FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body.clone() };
+        let small = small(ui);
         let line = |words: String, font: &FontId| ui.painter().layout_no_wrap(words, font.clone(), text);
         let name = title(quantity, view);
-        let title = line(name.to_owned(), &body);
+        let title = line(name.to_owned(), &TextStyle::Body.resolve(ui.style()));
+        let hatched = Hatched::new(ui, quantity, here.map(|value| position(quantity, view, value)));
         if look.is_colour() {
             let words = colour_note(view);
-            let spoken = format!("Legend: {name}, {words}");
+            let spoken = format!("Legend: {name}, {words}, {}", Hatched::spoken());
             let note = line(words, &small);
-            let size = vec2(title.size().x.max(note.size().x), title.size().y + note.size().y);
-            return Self { title, note: Some(note), bar: None, text, size, spoken };
+            let width = title.size().x.max(note.size().x).max(hatched.size().x);
+            let size = vec2(width, title.size().y + note.size().y + GAP + hatched.size().y);
+            return Self { title, note: Some(note), bar: None, hatched, text, size, spoken };
         }
-        let hatched = [NOTHING_YET, NEVER].map(|words| line(words.to_owned(), &small));
         let width = available.clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
         let words = tick_words(quantity, view);
         let mut spoken = format!(
-            "Legend: {name}, {}, hatched: {NOTHING_YET}, cross-hatched: {NEVER}",
-            words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", ")
+            "Legend: {name}, {}, {}",
+            words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", "),
+            Hatched::spoken()
         );
         if let Some(here) = here {
             spoken += &format!(", marked: {}", value_text(here));
@@ -140,43 +163,54 @@ impl Legend {
         let galleys: Vec<_> = words.into_iter().map(|(at, words)| (at, line(words, &small))).collect();
         let tick_height = galleys.iter().map(|(_, galley)| galley.size().y).fold(0.0, f32::max);
         let ticks = fitting(galleys, width);
-        let hatched_size = hatched.each_ref().map(|galley| galley.size());
-        let height =
-            title.size().y + GAP + MARK + BAR_HEIGHT + TICK + tick_height + GAP + hatched_size[0].y.max(BAR_HEIGHT);
-        let hatched_width = 2.0 * (BAR_HEIGHT + GAP) + 3.0 * GAP + hatched_size[0].x + hatched_size[1].x;
-        let size = vec2(title.size().x.max(width).max(hatched_width), height);
-        let bar = Bar {
-            width,
-            colours: bar_colours(quantity, dark),
-            ticks,
-            hatched,
-            hatch: tone::hatch(dark),
-            here: here.map(|value| position(quantity, view, value)),
+        let here = match hatched.here {
+            Some(Here::At(at)) => Some(at),
+            Some(Here::NothingYet | Here::Never) | None => None,
         };
-        Self { title, note: None, bar: Some(bar), text, size, spoken }
+        let bar = Bar { width, colours: bar_colours(quantity, ui.visuals().dark_mode), ticks, tick_height, here };
+        let height = title.size().y + GAP + bar.height() + GAP + hatched.size().y;
+        let size = vec2(title.size().x.max(width).max(hatched.size().x), height);
+        Self { title, note: None, bar: Some(bar), hatched, text, size, spoken }
     }
 
     fn paint(&self, painter: &egui::Painter, at: Pos2) {
         painter.galley(at, self.title.clone(), self.text);
-        let below = at + vec2(0.0, self.title.size().y);
+        let mut below = at + vec2(0.0, self.title.size().y);
         if let Some(note) = &self.note {
             painter.galley(below, note.clone(), self.text);
+            below.y += note.size().y;
         }
         if let Some(bar) = &self.bar {
-            bar.paint(painter, below + vec2(0.0, GAP), self.text);
+            below.y += GAP;
+            bar.paint(painter, below, self.text);
+            below.y += bar.height();
         }
+        self.hatched.paint(painter, below + vec2(0.0, GAP), self.text);
     }
 }
 
+/// Type of all but the title.
+fn small(ui: &egui::Ui) -> FontId {
+    let body = TextStyle::Body.resolve(ui.style());
+    FontId { size: TextStyle::Small.resolve(ui.style()).size.max(12.0), ..body }
+}
+
+fn outline(ink: Color32) -> egui::Stroke {
+    egui::Stroke::new(1.0, ink.gamma_multiply(0.6))
+}
+
 impl Bar {
+    fn height(&self) -> f32 {
+        MARK + BAR_HEIGHT + TICK + self.tick_height
+    }
+
     fn paint(&self, painter: &egui::Painter, at: Pos2, ink: Color32) {
         let rect = Rect::from_min_size(at + vec2(0.0, MARK), vec2(self.width, BAR_HEIGHT));
-        let outline = egui::Stroke::new(1.0, ink.gamma_multiply(0.6));
         painter.add(gradient(rect, &self.colours));
-        painter.rect_stroke(rect, 0.0, outline, egui::StrokeKind::Outside);
+        painter.rect_stroke(rect, 0.0, outline(ink), egui::StrokeKind::Outside);
         for (i, (position, galley)) in self.ticks.iter().enumerate() {
             let x = rect.left() + position * rect.width();
-            painter.vline(x, rect.bottom()..=rect.bottom() + TICK, outline);
+            painter.vline(x, rect.bottom()..=rect.bottom() + TICK, outline(ink));
             let anchor = if i == 0 {
                 Align2::LEFT_TOP
             } else if i + 1 == self.ticks.len() {
@@ -189,20 +223,40 @@ impl Bar {
                 painter.galley(place.min, galley.clone(), ink);
             }
         }
-        let ticks = self.ticks.iter().filter_map(|(_, galley)| galley.as_ref()).map(|galley| galley.size().y);
-        let mut corner = rect.left_bottom() + vec2(0.0, TICK + ticks.fold(0.0, f32::max) + GAP);
-        for ((words, crossed), means) in self.hatched.iter().zip([false, true]).zip([Here::NothingYet, Here::Never]) {
+        if let Some(at) = self.here {
+            paint_mark(painter, rect, rect.left() + at * rect.width(), ink);
+        }
+    }
+}
+
+impl Hatched {
+    /// In the colours of the picture of that quantity.
+    fn new(ui: &egui::Ui, quantity: Quantity, here: Option<Here>) -> Self {
+        let (font, ink) = (small(ui), ui.visuals().strong_text_color());
+        let words = [NOTHING_YET, NEVER].map(|w| ui.painter().layout_no_wrap(w.to_owned(), font.clone(), ink));
+        Self { words, colours: tone::hatch_of(quantity, ui.visuals().dark_mode), here }
+    }
+
+    fn spoken() -> String {
+        format!("hatched: {NOTHING_YET}, cross-hatched: {NEVER}")
+    }
+
+    fn size(&self) -> Vec2 {
+        let [first, second] = self.words.each_ref().map(|galley| galley.size());
+        vec2(2.0 * (BAR_HEIGHT + GAP) + 3.0 * GAP + first.x + second.x, first.y.max(BAR_HEIGHT))
+    }
+
+    fn paint(&self, painter: &egui::Painter, at: Pos2, ink: Color32) {
+        let mut corner = at + vec2(0.0, 0.5 * (self.size().y - BAR_HEIGHT));
+        for ((words, crossed), means) in self.words.iter().zip([false, true]).zip([Here::NothingYet, Here::Never]) {
             let swatch = Rect::from_min_size(corner, Vec2::splat(BAR_HEIGHT));
-            paint_hatch(painter, swatch, self.hatch, crossed);
+            paint_hatch(painter, swatch, self.colours, crossed);
             let marked = egui::Stroke::new(2.0, ink);
-            let stroke = if self.here == Some(means) { marked } else { outline };
+            let stroke = if self.here == Some(means) { marked } else { outline(ink) };
             painter.rect_stroke(swatch, 0.0, stroke, egui::StrokeKind::Outside);
             let place = Align2::LEFT_CENTER.anchor_size(swatch.right_center() + vec2(GAP, 0.0), words.size());
             painter.galley(place.min, words.clone(), ink);
             corner.x = place.right() + 3.0 * GAP;
-        }
-        if let Some(Here::At(at)) = self.here {
-            paint_mark(painter, rect, rect.left() + at * rect.width(), ink);
         }
     }
 }

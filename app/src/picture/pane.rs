@@ -1,22 +1,25 @@
 //! A picture in the window, with all that is drawn on it: legend, outlines, the pixel under the mouse.
 
+use std::time::Duration;
+
 use eframe::egui::{self, Align2, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
 
-use mislab_renderer::Layer;
+use mislab_renderer::{Layer, PixelRect};
 
 use crate::look::layer::not_drawn;
 use crate::look::theme::GRID;
-use crate::picture::against::Against;
+use crate::picture::against::{self, Against};
 use crate::picture::black::Black;
-use crate::picture::blind::{Blind, BlindSpots};
 use crate::picture::content::Content;
+use crate::picture::dark::{DarkSpots, Darks, SharedDarkSpots};
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::interaction::{Interaction, Place};
 use crate::picture::legend::{Key, legend_overlay};
 use crate::picture::live::LivePicture;
 use crate::picture::picking::Target;
 use crate::picture::pixel::Pixel;
+use crate::picture::selection::Selection;
 use crate::picture::viewport::{Shown, Viewport};
 use crate::state::command::Command;
 use crate::state::document::Document;
@@ -45,6 +48,19 @@ pub struct Subject<'a> {
     pub pinning: bool,
     /// The pixel that is explained, in coordinates of the full image.
     pub marked: Option<[u32; 2]>,
+    /// The mouse selects a part with Shift.
+    pub selects: bool,
+    /// It is its turn to show new numbers: see [`Panes::has_turn`].
+    pub turn: bool,
+}
+
+/// What all pictures have in common.
+#[derive(Default)]
+struct Common {
+    /// The part of them that numbers are about.
+    selection: Selection,
+    /// What their pixels are, but for what was kept.
+    dark: SharedDarkSpots,
 }
 
 /// One picture on screen.
@@ -59,9 +75,9 @@ pub struct Pane {
     read: Option<[u32; 2]>,
     interaction: Interaction,
     black: Black,
-    blind: BlindSpots,
-    /// The blind pixels of what was on screen in the last pass.
-    shown_blind: Blind,
+    dark: DarkSpots,
+    /// What the pixels are of what was on screen in the last pass.
+    shown_dark: Darks,
 }
 
 impl Pane {
@@ -74,8 +90,8 @@ impl Pane {
             read: None,
             interaction: Interaction::default(),
             black: Black::default(),
-            blind: BlindSpots::default(),
-            shown_blind: None,
+            dark: DarkSpots::default(),
+            shown_dark: None,
         }
     }
 
@@ -94,9 +110,9 @@ impl Pane {
         self.pixel
     }
 
-    /// The pixels that what was on screen cannot sample.
-    pub fn blind(&self) -> &Blind {
-        &self.shown_blind
+    /// What the pixels are, where they are black, of what was on screen.
+    pub fn dark(&self) -> &Darks {
+        &self.shown_dark
     }
 
     /// What the mouse was on.
@@ -105,7 +121,7 @@ impl Pane {
     }
 
     /// Not on screen in this pass.
-    pub fn rest(&mut self) {
+    fn rest(&mut self) {
         self.geometry = None;
         self.pixel = None;
         self.own_pixel = None;
@@ -113,17 +129,31 @@ impl Pane {
         self.interaction = Interaction::default();
     }
 
-    /// Draws it over all that is left of `ui` and of its clip rectangle, and lets the mouse zoom, pan and drag lights. A
-    /// click makes it the picture that controls are about. Returns where.
-    pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, on: &Subject<'_>, out: &mut Vec<Command>) -> Rect {
+    /// Draws it over all that is left of `ui` and of its clip rectangle, and lets the mouse zoom, pan, drag lights and select. A
+    /// click makes it the picture that controls are about.
+    fn ui(
+        &mut self,
+        ui: &mut Ui,
+        document: &mut Document,
+        on: &Subject<'_>,
+        common: &mut Common,
+        out: &mut Vec<Command>,
+    ) {
         let layer = document.slots()[on.slot].layer;
         let content = on.live.content();
         let unit = document.view.variance_unit;
-        let blind = match &content {
-            Some(Content::Frame(frame)) => self.blind.of(ui.ctx(), frame),
+        let dark = match &content {
+            // What was kept may be of another scene.
+            Some(Content::Frame(frame)) if on.live.held().is_some() => self.dark.of(ui.ctx(), frame),
+            Some(Content::Frame(frame)) => common.dark.of(ui.ctx(), frame),
             Some(Content::File(_)) | None => None,
         };
-        let planes = content.as_ref().map(|content| self.viewport.planes_of(content, layer, unit, &blind));
+        let planes = content.as_ref().map(|content| {
+            let outdated = self.viewport.outdated_planes(content, layer, unit).filter(|_| !on.turn);
+            let Some(outdated) = outdated else { return self.viewport.planes_of(content, layer, unit, &dark) };
+            ui.ctx().request_repaint_after(Duration::from_millis(1));
+            Ok(outdated)
+        });
         let missing = planes.as_ref().and_then(|planes| planes.as_ref().err()).cloned();
         let planes = planes.and_then(Result::ok);
         let behind = on.live.marked_in().is_some_and(|wait| wait.is_zero());
@@ -155,14 +185,19 @@ impl Pane {
             let text = if on.reading { "Reading the scene \u{2026}" } else { "Rendering the first picture \u{2026}" };
             let font = egui::TextStyle::Heading.resolve(ui.style());
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, font, ui.visuals().weak_text_color());
-            return rect;
+            return;
         };
         if let Some(geometry) = self.geometry {
             let place = Place { document, geometry, pixel: self.own_pixel };
-            if on.live.held().is_none() {
+            let selecting = on.selects && ui.input(|input| input.modifiers.shift);
+            if let Some(bounds) = planes.as_ref().map(|planes| planes.bounds()).filter(|_| on.selects && size == image)
+            {
+                common.selection.ui(ui, &shown.response, &geometry, bounds);
+            }
+            if on.live.held().is_none() && !selecting {
                 self.interaction.ui(ui, &place, on.pointed_at.or(on.hovered), out);
             } else {
-                // The scene may be another one by now.
+                // The scene may be another one by now, or the mouse is about a part of the picture.
                 self.interaction = Interaction::default();
             }
             if let Some(at) = self.read.filter(|_| self.own_pixel.is_none()) {
@@ -182,9 +217,9 @@ impl Pane {
         }
         if let Some(words) = missing {
             remark(ui, rect, words);
-            return rect;
+            return;
         }
-        let pixel = self.read.map(|at| Pixel { content: &content, at, unit, blind: blind.as_ref() });
+        let pixel = self.read.map(|at| Pixel { content: &content, at, unit, dark: dark.as_ref() });
         if on.legend {
             let here = pixel.as_ref().and_then(|pixel| pixel.single(layer));
             let picture = self.geometry.map_or(rect, |geometry| geometry.picture_rect());
@@ -193,13 +228,12 @@ impl Pane {
         if let Some(pixel) = pixel {
             pixel.overlay(ui, rect, layer);
         }
-        self.shown_blind = blind;
-        rect
+        self.shown_dark = dark;
     }
 
     /// The number under the mouse of a layer that has one for each pixel of what is shown, as it is shown.
     pub fn here(&self, content: &Content, layer: Layer, unit: VarianceUnit) -> Option<f32> {
-        Pixel { content, at: self.read?, unit, blind: self.shown_blind.as_ref() }.single(layer)
+        Pixel { content, at: self.read?, unit, dark: self.shown_dark.as_ref() }.single(layer)
     }
 }
 
@@ -276,14 +310,22 @@ pub struct Panes {
     divider: f32,
     /// Two pictures as one.
     against: Against,
+    common: Common,
+    /// Passes of the window so far.
+    passes: usize,
 }
+
+/// So many pictures show new numbers in one pass of the window. More would hold it up, and numbers on their way to the graphics device
+/// take their memory once more.
+const AT_ONCE: usize = 2;
 
 impl Panes {
     /// Drawn on that device, or on the CPU if there is none or it refuses the shader. None yet: see
     /// [`Self::set_count`].
     pub fn new(render_state: Option<&RenderState>) -> Self {
         let pipeline = render_state.and_then(FilmPipeline::new);
-        Self { against: Against::new(pipeline.clone()), pipeline, panes: Vec::new(), divider: 0.5 }
+        let (against, common) = (Against::new(pipeline.clone()), Common::default());
+        Self { against, pipeline, panes: Vec::new(), divider: 0.5, common, passes: 0 }
     }
 
     /// As many as the document has slots: the last ones go, or new ones come.
@@ -301,9 +343,25 @@ impl Panes {
         &self.panes
     }
 
-    /// The same, to draw them.
-    pub fn all_mut(&mut self) -> &mut [Pane] {
-        &mut self.panes
+    /// To be called in each pass of the window.
+    pub fn begin_pass(&mut self) {
+        self.passes = self.passes.wrapping_add(1);
+    }
+
+    /// Whether a slot shows new numbers in this pass: two of four in turns, and all of fewer.
+    pub fn has_turn(&self, slot: usize) -> bool {
+        let turns = self.panes.len().div_ceil(AT_ONCE).max(1);
+        slot / AT_ONCE == self.passes % turns
+    }
+
+    /// Draws the pane of that slot over all that is left of `ui` and of its clip rectangle.
+    pub fn pane_ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &Subject<'_>, out: &mut Vec<Command>) {
+        self.panes[subject.slot].ui(ui, document, subject, &mut self.common, out);
+    }
+
+    /// The pane of that slot is not on screen in this pass.
+    pub fn rest(&mut self, slot: usize) {
+        self.panes[slot].rest();
     }
 
     /// Where the divider between two pictures is, as a share of their width.
@@ -311,15 +369,21 @@ impl Panes {
         &mut self.divider
     }
 
-    /// Two pictures as one; the panes of both rest.
-    pub fn against_mut(&mut self) -> &mut Against {
+    /// Draws two pictures as one over all that is left of `ui`; the panes of both rest.
+    pub fn against_ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &against::Subject) {
         self.panes.iter_mut().for_each(Pane::rest);
-        &mut self.against
+        self.against.ui(ui, document, subject, &mut self.common.selection);
     }
 
-    /// The same, to look at.
+    /// Two pictures as one.
     pub fn against(&self) -> &Against {
         &self.against
+    }
+
+    /// The part of a picture of `bounds` that numbers are about, in pixels of the full image; `None`: all of it.
+    pub fn selected(&mut self, bounds: PixelRect) -> Option<PixelRect> {
+        self.common.selection.keep_within(bounds);
+        self.common.selection.part()
     }
 
     /// The pixel that was under the mouse in any of them.

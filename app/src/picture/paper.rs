@@ -7,7 +7,7 @@ use eframe::egui::{Galley, TextStyle, Ui, pos2, vec2};
 use mislab_renderer::Layer;
 
 use crate::look::theme::TypeScale;
-use crate::picture::legend::legend_on_paper;
+use crate::picture::legend::{hatched_on_paper, legend_on_paper};
 use crate::picture::png_file;
 use crate::picture::raster::Offscreen;
 use crate::picture::sheet::Sheet;
@@ -84,6 +84,10 @@ impl Paper {
         for layer in &self.legends {
             at.y += legend_on_paper(ui, at, *layer, &self.view, width).y + MARGIN;
         }
+        let hatched = self.sheet.has_hatched_colours();
+        if hatched {
+            at.y += hatched_on_paper(ui, at) + MARGIN;
+        }
         for line in &self.lines {
             let ink = ui.visuals().strong_text_color();
             let galley = one_line(ui, line, width);
@@ -91,7 +95,7 @@ impl Paper {
             ui.painter().galley(at, galley, ink);
             at += vec2(0.0, height);
         }
-        if self.legends.is_empty() && self.lines.is_empty() { 0.0 } else { at.y + MARGIN - top }
+        if self.legends.is_empty() && self.lines.is_empty() && !hatched { 0.0 } else { at.y + MARGIN - top }
     }
 }
 

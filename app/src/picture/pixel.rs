@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use eframe::egui::{self, Align2, Color32, Rect, Role, Sense, TextStyle, Ui, vec2};
+use mislab_renderer::blind::Dark;
 use mislab_renderer::{Channel, Layer};
 
 use crate::look::layer::LayerLook;
 use crate::look::theme::GRID;
 use crate::picture::content::Content;
-use crate::picture::planes::BLIND;
+use crate::picture::planes::{BLIND, UNHIT};
 use crate::picture::variance;
 use crate::state::view::VarianceUnit;
 
@@ -20,8 +21,8 @@ pub struct Pixel<'a> {
     pub at: [u32; 2],
     /// What its variance is counted in.
     pub unit: VarianceUnit,
-    /// For each pixel of the full image whether it cannot be sampled; `None` if there are none.
-    pub blind: Option<&'a Arc<Vec<bool>>>,
+    /// For each pixel of the full image what it is where it is black, if that is known.
+    pub dark: Option<&'a Arc<Vec<Dark>>>,
 }
 
 impl Pixel<'_> {
@@ -73,17 +74,25 @@ impl Pixel<'_> {
         }
     }
 
-    fn is_blind(&self) -> bool {
+    fn dark(&self) -> Dark {
         let [x, y] = self.at.map(|i| i as usize);
         let at = y * self.content.size()[0] as usize + x;
-        self.blind.is_some_and(|blind| blind.get(at) == Some(&true))
+        self.dark.and_then(|dark| dark.get(at)).copied().unwrap_or(Dark::Empty)
     }
 
     /// The numbers of a layer as they are shown: see [`Planes::shown`](crate::picture::planes::Planes::shown).
     fn values(&self, layer: Layer) -> Vec<f32> {
-        if self.is_blind() && layer.channels().len() == 1 {
-            return vec![BLIND];
+        let values = self.numbers(layer);
+        let colour = layer.channels().len() > 1;
+        let black = values.iter().all(|value| *value == 0.0);
+        match self.dark() {
+            Dark::Blind if !colour || black => vec![BLIND; values.len()],
+            Dark::Unhit if colour && black => vec![UNHIT; values.len()],
+            Dark::Blind | Dark::Unhit | Dark::Empty => values,
         }
+    }
+
+    fn numbers(&self, layer: Layer) -> Vec<f32> {
         match (layer, self.content) {
             (Layer::Variance, Content::Frame(frame)) => {
                 let numbers = variance::CHANNELS.map(|channel| self.value(channel));
@@ -104,7 +113,9 @@ impl Pixel<'_> {
 
     /// All channels, for the clipboard; in words where a layer is marked.
     pub fn table(&self) -> String {
-        let marked = |channel: Channel| self.is_blind() && Layer::ALL.iter().any(|layer| layer.channels() == [channel]);
+        let marked = |channel: Channel| {
+            self.dark() == Dark::Blind && Layer::ALL.iter().any(|layer| layer.channels() == [channel])
+        };
         let values = Channel::ALL.iter().filter_map(|c| {
             let value = self.content.value(self.at, *c)?;
             let value = if marked(*c) { NEVER.to_owned() } else { value.to_string() };
@@ -126,7 +137,7 @@ pub const NEVER: &str = "cannot be hit";
 
 /// A number of a pixel as people read it.
 pub fn value_text(value: f32) -> String {
-    if value.is_nan() {
+    if value.is_nan() || value == UNHIT {
         NOTHING_YET.into()
     } else if value == BLIND {
         NEVER.into()

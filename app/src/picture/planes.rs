@@ -1,13 +1,16 @@
 //! One layer of a frame as planes of numbers.
 
+use mislab_renderer::blind::Dark;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
 use crate::look::layer::Quantity;
 use crate::picture::variance;
 use crate::state::view::VarianceUnit;
 
-/// Stands for a pixel that cannot be sampled, in layers of one number. Nothing that is measured is negative.
+/// Stands for a pixel that cannot be sampled. Nothing that is measured is so far below 0.
 pub const BLIND: f32 = f32::MIN;
+/// Stands for a pixel that no sample has hit yet, in colours; a layer of one number has NaN there.
+pub const UNHIT: f32 = f32::MIN / 2.0;
 
 /// The numbers of one layer of a frame.
 #[derive(Clone, Debug)]
@@ -31,9 +34,9 @@ impl Planes {
         Self { quantity, bounds, image, data }
     }
 
-    /// A layer of a frame as it is shown: the variance in that unit, and what the strategy is [`BLIND`] to marked; `blind`
-    /// has a value for each pixel of the full image.
-    pub fn shown(frame: &Frame, layer: Layer, unit: VarianceUnit, blind: Option<&[bool]>) -> Self {
+    /// A layer of a frame as it is shown: the variance in that unit, and what is hatched marked; `dark` has a value for each pixel of
+    /// the full image.
+    pub fn shown(frame: &Frame, layer: Layer, unit: VarianceUnit, dark: Option<&[Dark]>) -> Self {
         let mut planes = match layer {
             Layer::Variance => Self::variance(frame, unit),
             Layer::Picture
@@ -43,8 +46,8 @@ impl Planes {
             | Layer::WeightBsdf
             | Layer::ShareLight => Self::from_frame(frame, layer),
         };
-        if let Some(blind) = blind.filter(|_| layer.channels().len() == 1) {
-            planes.mark(blind);
+        if let Some(dark) = dark {
+            planes.mark(dark);
         }
         planes
     }
@@ -62,15 +65,32 @@ impl Planes {
         Self::new(Layer::Variance, bounds, frame.request().settings.image.resolution, data)
     }
 
-    /// Marks pixels of the full image as [`BLIND`].
-    pub fn mark(&mut self, blind: &[bool]) {
-        let width = self.bounds.width() as usize;
-        for (y, row) in self.data.chunks_exact_mut(width.max(1)).enumerate() {
-            let first = (self.bounds.min[1] as usize + y) * self.image[0] as usize + self.bounds.min[0] as usize;
-            for (value, _) in row.iter_mut().zip(&blind[first..]).filter(|(_, blind)| **blind) {
-                *value = BLIND;
+    /// Marks what has no number: of colours the black pixels, by what they are, in the first channel; of one number those that are
+    /// [`BLIND`].
+    pub fn mark(&mut self, dark: &[Dark]) {
+        let (width, area) = (self.bounds.width() as usize, self.bounds.area());
+        let colour = self.data.len() > area;
+        let (red, others) = self.data.split_at_mut(area);
+        let first = self.bounds.min[1] as usize * self.image[0] as usize + self.bounds.min[0] as usize;
+        for (y, row) in red.chunks_exact_mut(width.max(1)).enumerate() {
+            let dark = &dark[first + y * self.image[0] as usize..];
+            for (x, (value, dark)) in row.iter_mut().zip(dark).enumerate().filter(|(_, (v, _))| !colour || **v == 0.0) {
+                let mark = match dark {
+                    Dark::Blind => BLIND,
+                    Dark::Unhit if colour => UNHIT,
+                    Dark::Unhit | Dark::Empty => continue,
+                };
+                if others.iter().skip(y * width + x).step_by(area).all(|other| *other == 0.0) {
+                    *value = mark;
+                }
             }
         }
+    }
+
+    /// Whether anything is marked as hatched, in colours.
+    pub fn has_hatched_colours(&self) -> bool {
+        let colour = self.data.len() > self.bounds.area();
+        colour && self.channels().next().is_some_and(|red| red.iter().any(|v| *v == UNHIT || *v == BLIND))
     }
 
     /// The numbers of a layer of a frame, as files have them.

@@ -7,10 +7,11 @@ use eframe::egui::epaint::{ClippedShape, TextShape};
 use eframe::egui::layers::ShapeIdx;
 use eframe::egui::plugin::Plugin;
 use eframe::egui::{
-    self, Color32, ColorImage, Context, FullOutput, ImageData, LayerId, Painter, Pos2, Rect, Shape, TextureId,
-    TextureOptions, Ui, Vec2, pos2,
+    self, Color32, ColorImage, Context, Event, FullOutput, ImageData, LayerId, Painter, Pos2, RawInput, Rect, Shape,
+    TextureId, TextureOptions, Ui, Vec2, pos2,
 };
 
+use crate::picture::cut::Cut;
 use crate::picture::planes::Planes;
 use crate::picture::tone::{self, Uniforms};
 
@@ -23,10 +24,32 @@ struct Drawn {
     uniforms: Uniforms,
 }
 
-/// Looks over the toolkit's shoulder: the textures of the window and, while a sheet is being recorded, its pictures.
+/// What is noted while a sheet is being recorded.
+#[derive(Default)]
+struct Notes {
+    drawn: Vec<Drawn>,
+    cuts: Vec<Cut>,
+}
+
+/// The window as if there were no mouse.
+struct Away {
+    /// Where the mouse is by now.
+    mouse: Option<Pos2>,
+    /// Passes of the window since it was hidden.
+    passes: u32,
+}
+
+/// What was under the mouse is forgotten in one pass, and in the second nothing depends on it.
+const PASSES_AWAY: u32 = 2;
+
+/// Looks over the toolkit's shoulder: the textures of the window and, while a sheet is being recorded, its pictures and what
+/// is for the screen alone. Hides the mouse from the window.
 #[derive(Default)]
 pub struct Recorder {
-    drawn: Option<Vec<Drawn>>,
+    notes: Option<Notes>,
+    away: Option<Away>,
+    /// Where the mouse comes back.
+    back: Option<Pos2>,
     /// Shared with the toolkit, not copied. That of the letters is not among them: text is set anew.
     textures: HashMap<TextureId, Arc<ColorImage>>,
 }
@@ -34,6 +57,23 @@ pub struct Recorder {
 impl Plugin for Recorder {
     fn debug_name(&self) -> &'static str {
         "recorder"
+    }
+
+    fn input_hook(&mut self, _ctx: &Context, input: &mut RawInput) {
+        if let Some(back) = self.back.take() {
+            input.events.insert(0, Event::PointerMoved(back));
+        }
+        let Some(away) = &mut self.away else { return };
+        for event in &input.events {
+            match event {
+                Event::PointerMoved(to) => away.mouse = Some(*to),
+                Event::PointerGone => away.mouse = None,
+                _ => {}
+            }
+        }
+        input.events.retain(|event| !matches!(event, Event::PointerMoved(_)));
+        input.events.push(Event::PointerGone);
+        away.passes += 1;
     }
 
     fn output_hook(&mut self, _ctx: &Context, output: &mut FullOutput) {
@@ -57,11 +97,46 @@ impl Recorder {
     /// Says that `at` is a picture, whatever has drawn it.
     pub fn note(painter: &Painter, at: ShapeIdx, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
         painter.ctx().with_plugin(|recorder: &mut Self| {
-            if let Some(drawn) = &mut recorder.drawn {
-                drawn.push(Drawn { layer: painter.layer_id(), at, rect, planes: planes.clone(), uniforms });
+            if let Some(notes) = &mut recorder.notes {
+                notes.drawn.push(Drawn { layer: painter.layer_id(), at, rect, planes: planes.clone(), uniforms });
             }
         });
     }
+
+    /// Draws what is for the screen alone: on paper it is left out with the room that it takes, and what follows in its row,
+    /// or below it, moves up.
+    pub fn on_screen_only<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
+        let (first, from) = (count(ui), ui.cursor().min);
+        let result = add(ui);
+        let cut = Cut::new(ui, first..count(ui), from);
+        ui.ctx().with_plugin(|recorder: &mut Self| recorder.notes.as_mut().map(|notes| notes.cuts.push(cut)));
+        result
+    }
+
+    /// From here on the window is drawn as if there were no mouse.
+    pub fn hide_mouse(ctx: &Context) {
+        let mouse = ctx.input(|input| input.pointer.latest_pos());
+        ctx.with_plugin(|recorder: &mut Self| {
+            recorder.away.get_or_insert(Away { mouse, passes: 0 });
+        });
+    }
+
+    /// Nothing on screen depends on the mouse any more.
+    pub fn is_mouse_forgotten(ctx: &Context) -> bool {
+        let forgotten = |recorder: &mut Self| recorder.away.as_ref().is_some_and(|away| away.passes >= PASSES_AWAY);
+        ctx.with_plugin(forgotten).unwrap_or_default()
+    }
+
+    /// The mouse is where it is again.
+    pub fn show_mouse(ctx: &Context) {
+        ctx.with_plugin(|recorder: &mut Self| recorder.back = recorder.away.take().and_then(|away| away.mouse));
+        ctx.request_repaint();
+    }
+}
+
+/// Shapes of the layer of `ui` so far.
+fn count(ui: &Ui) -> usize {
+    ui.ctx().graphics(|graphics| graphics.get(ui.layer_id()).map_or(0, |list| list.next_idx().0))
 }
 
 /// Replaces a part of a texture.
@@ -91,30 +166,49 @@ impl Sheet {
     /// Draws `add` into `ui` as usual, and keeps what it has drawn within `rect`.
     pub fn record(ui: &mut Ui, rect: Rect, add: impl FnOnce(&mut Ui)) -> Self {
         let (ctx, layer) = (ui.ctx().clone(), ui.layer_id());
-        let count = |ctx: &Context| ctx.graphics(|g| g.get(layer).map_or(0, |list| list.next_idx().0));
-        ctx.with_plugin(|recorder: &mut Recorder| recorder.drawn = Some(Vec::new()));
-        let start = count(&ctx);
+        ctx.with_plugin(|recorder: &mut Recorder| recorder.notes = Some(Notes::default()));
+        let start = count(ui);
         add(ui);
-        let (drawn, textures) = ctx
-            .with_plugin(|recorder: &mut Recorder| (recorder.drawn.take(), recorder.textures.clone()))
+        let (notes, textures) = ctx
+            .with_plugin(|recorder: &mut Recorder| (recorder.notes.take(), recorder.textures.clone()))
             .unwrap_or_default();
+        let Notes { drawn, cuts } = notes.unwrap_or_default();
         let pictures: HashMap<usize, Drawn> =
-            drawn.unwrap_or_default().into_iter().filter(|d| d.layer == layer).map(|d| (d.at.0, d)).collect();
+            drawn.into_iter().filter(|d| d.layer == layer).map(|d| (d.at.0, d)).collect();
         let shapes: Vec<ClippedShape> = ctx
             .graphics(|g| g.get(layer).map_or_else(Vec::new, |list| list.all_entries().skip(start).cloned().collect()));
-        let items = shapes.into_iter().enumerate().map(|(i, shape)| match pictures.get(&(start + i)) {
-            Some(Drawn { rect, planes, uniforms, .. }) => {
-                Item::Picture { clip: shape.clip_rect, rect: *rect, planes: planes.clone(), uniforms: *uniforms }
-            }
-            None => Item::Shape(shape),
-        });
-        let items = items.collect();
+        let mut items = Vec::new();
+        for (index, mut shape) in (start..).zip(shapes).filter(|(index, _)| !cuts.iter().any(|cut| cut.holds(*index))) {
+            let centre = shape.shape.visual_bounding_rect().center();
+            let move_by = cuts.iter().fold(Vec2::ZERO, |sum, cut| sum + cut.moves(centre));
+            let clip = shape.clip_rect.translate(move_by);
+            items.push(match pictures.get(&index) {
+                Some(Drawn { rect, planes, uniforms, .. }) => {
+                    Item::Picture { clip, rect: rect.translate(move_by), planes: planes.clone(), uniforms: *uniforms }
+                }
+                None => {
+                    shape.clip_rect = clip;
+                    shape.shape.translate(move_by);
+                    Item::Shape(shape)
+                }
+            });
+        }
+        let shorter = cuts.iter().map(Cut::height).sum::<f32>();
+        let rect = rect.with_max_y(rect.bottom() - shorter);
         Self { rect, items, textures, pixels_per_point: ctx.pixels_per_point() }
     }
 
     /// Its size in points.
     pub fn size(&self) -> Vec2 {
         self.rect.size()
+    }
+
+    /// Whether a picture has hatched pixels among its colours.
+    pub fn has_hatched_colours(&self) -> bool {
+        self.items.iter().any(|item| match item {
+            Item::Picture { planes, .. } => planes.has_hatched_colours(),
+            Item::Shape(_) => false,
+        })
     }
 
     /// Draws it again, its upper left corner at the origin: pictures pixel by pixel from their numbers, text set in the

@@ -8,7 +8,7 @@ use eframe::egui;
 use mislab_renderer::blind::blind_materials;
 use mislab_renderer::study::points::errors;
 use mislab_renderer::study::{Against, Cells, Mean, Part};
-use mislab_renderer::{Estimator, Frame};
+use mislab_renderer::{Channel, Estimator, Frame, PixelRect};
 
 use super::live::LivePicture;
 use crate::state::passes;
@@ -24,11 +24,11 @@ pub struct SlotErrors {
     pub estimator: Estimator,
     /// Processor seconds of the frame.
     pub cpu_seconds: f64,
-    /// relMSE and MSE in each part of the picture.
+    /// relMSE and MSE in each of [`Round::parts`].
     pub errors: Vec<[f64; 2]>,
-    /// Means in each part; `None` with one sample per pixel.
+    /// Means in each of them; `None` with one sample per pixel.
     pub means: Option<Vec<Mean>>,
-    /// Of each part whether it is a mirror that the strategy cannot sample.
+    /// Of each of them whether it is a mirror that the strategy cannot sample.
     pub blind: Vec<bool>,
 }
 
@@ -37,12 +37,21 @@ pub struct SlotErrors {
 pub struct Round {
     /// The reference.
     pub against: Arc<Against>,
-    /// Its means in each part.
+    /// The whole picture, its squares and, if one was selected, the rectangle.
+    pub parts: Vec<Part>,
+    /// Means of the reference in each part.
     pub reference: Arc<Vec<Mean>>,
     /// Its own relMSE and MSE in each part; `None` of a file.
     pub noise: Option<Vec<[f64; 2]>>,
     /// In the order of the slots; `None` without a frame of these pixels.
     pub slots: Vec<Option<SlotErrors>>,
+}
+
+impl Round {
+    /// The place of a part among [`Self::parts`]; `None` of a rectangle that was selected since.
+    pub fn index(&self, part: Part) -> Option<usize> {
+        self.parts.iter().position(|known| *known == part)
+    }
 }
 
 /// Measures one round after the other.
@@ -59,8 +68,15 @@ pub struct Measuring {
 const EVERY: Duration = Duration::from_millis(300);
 
 impl Measuring {
-    /// Takes over what is finished, and begins the next round where there is something new. Without a reference nothing is known.
-    pub fn update(&mut self, ctx: &egui::Context, against: Option<Arc<Against>>, pictures: &[LivePicture]) {
+    /// Takes over what is finished, and begins the next round where there is something new; `selected` is a part of its own. Without a
+    /// reference nothing is known.
+    pub fn update(
+        &mut self,
+        ctx: &egui::Context,
+        against: Option<Arc<Against>>,
+        pictures: &[LivePicture],
+        selected: Option<PixelRect>,
+    ) {
         match self.running.as_ref().map(Receiver::try_recv) {
             Some(Ok(round)) => (self.round, self.running) = (Some(round), None),
             Some(Err(TryRecvError::Disconnected)) => self.running = None,
@@ -71,7 +87,8 @@ impl Measuring {
             return;
         };
         let frames: Vec<Option<Arc<Frame>>> = pictures.iter().map(LivePicture::current_frame).collect();
-        if self.running.is_some() || !self.is_news(&against, &frames) {
+        let parts: Vec<Part> = against.cells.parts().chain(selected.map(Part::Rect)).collect();
+        if self.running.is_some() || !self.is_news(&against, &parts, &frames) {
             return;
         }
         let wait = EVERY.saturating_sub(self.last.map_or(EVERY, |last| last.elapsed()));
@@ -82,27 +99,29 @@ impl Measuring {
         self.last = Some(Instant::now());
         self.seen = frames.iter().map(key).collect();
         let (sender, receiver) = channel();
-        let known = self.round.as_ref().filter(|round| Arc::ptr_eq(&round.against, &against));
+        let known = self.round.as_ref().filter(|round| Arc::ptr_eq(&round.against, &against) && round.parts == parts);
         let (known, ctx) = (known.map(|round| round.reference.clone()), ctx.clone());
         let work = move || {
-            let means = |against: &Against| Arc::new(against.cells.parts().map(|part| against.mean(part)).collect());
-            let reference = known.unwrap_or_else(|| means(&against));
-            let slots = frames.into_iter().map(|frame| measured(&*frame?, &against)).collect();
-            let noise = against.cells.parts().map(|part| {
-                let errors = against.noise(part)?;
+            let means = || Arc::new(parts.iter().map(|part| against.mean(*part)).collect());
+            let reference = known.unwrap_or_else(means);
+            let slots = frames.into_iter().map(|frame| measured(&*frame?, &against, &parts)).collect();
+            let noise = parts.iter().map(|part| {
+                let errors = against.noise(*part)?;
                 Some([errors.rel_mse()?, errors.mse()?])
             });
             let noise = noise.collect();
             // The window may have closed meanwhile.
-            let _ = sender.send(Round { against, reference, noise, slots });
+            let _ = sender.send(Round { against, parts, reference, noise, slots });
             passes::for_news(&ctx);
         };
         self.running = std::thread::Builder::new().name("errors".into()).spawn(work).ok().map(|_| receiver);
     }
 
-    fn is_news(&self, against: &Arc<Against>, frames: &[Option<Arc<Frame>>]) -> bool {
+    fn is_news(&self, against: &Arc<Against>, parts: &[Part], frames: &[Option<Arc<Frame>>]) -> bool {
         let Some(round) = &self.round else { return true };
-        !Arc::ptr_eq(&round.against, against) || !frames.iter().map(key).eq(self.seen.iter().copied())
+        !Arc::ptr_eq(&round.against, against)
+            || round.parts != parts
+            || !frames.iter().map(key).eq(self.seen.iter().copied())
     }
 
     /// The last round.
@@ -122,26 +141,31 @@ fn key(frame: &Option<Arc<Frame>>) -> Option<(u64, u32)> {
     frame.as_ref().map(|frame| (frame.generation(), frame.spp()))
 }
 
-fn measured(frame: &Frame, against: &Against) -> Option<SlotErrors> {
-    (frame.bounds().area() == against.len()).then(|| SlotErrors {
+fn measured(frame: &Frame, against: &Against, parts: &[Part]) -> Option<SlotErrors> {
+    if frame.bounds().area() != against.len() {
+        return None;
+    }
+    let planes = [Channel::R, Channel::G, Channel::B].map(|channel| frame.channel(channel));
+    let picture = planes.each_ref().map(Vec::as_slice);
+    Some(SlotErrors {
         generation: frame.generation(),
         spp: frame.spp(),
         estimator: frame.request().settings.estimator,
         cpu_seconds: frame.stats().cpu_seconds,
-        errors: errors(frame, against),
-        means: Mean::of_frame(frame, &against.cells),
-        blind: blind_parts(frame, &against.cells),
+        errors: parts.iter().map(|part| errors(picture, against, *part)).collect(),
+        means: Mean::of_frame(frame, &against.cells, parts),
+        blind: blind_parts(frame, &against.cells, parts),
     })
 }
 
 /// Of each part whether it shows a mirror whose one direction the frame's strategy never draws.
-fn blind_parts(frame: &Frame, cells: &Cells) -> Vec<bool> {
+fn blind_parts(frame: &Frame, cells: &Cells, parts: &[Part]) -> Vec<bool> {
     let request = frame.request();
     let blind = blind_materials(&request.scene, &request.settings.estimator);
     let is_blind = |plate: &String| blind.iter().any(|&index| request.scene.materials[index].name == *plate);
-    let of = |part: Part| match part {
-        Part::Whole => false,
-        Part::Square(index) => is_blind(&cells.squares[index].plate),
+    let of = |part: &Part| match part {
+        Part::Whole | Part::Rect(_) => false,
+        Part::Square(index) => is_blind(&cells.squares[*index].plate),
     };
-    cells.parts().map(of).collect()
+    parts.iter().map(of).collect()
 }

@@ -1,9 +1,10 @@
 //! A picture as it is shown, pixel by pixel, apart from any window: for files and the clipboard.
 
 use eframe::egui::{Pos2, Rect, vec2};
-use mislab_renderer::blind::blind_pixels;
+use mislab_renderer::blind::dark_pixels;
 use mislab_renderer::{Frame, Layer};
 
+use crate::look::layer::LayerLook;
 use crate::picture::planes::Planes;
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::Geometry;
@@ -12,11 +13,9 @@ use crate::state::view::ViewState;
 /// The pixels of a layer of the frame as `view` shows them at 100 %, zoom and pan left out: width, height, RGBA8 rows
 /// from the top left.
 pub fn render_to_rgba8(frame: &Frame, layer: Layer, view: &ViewState, dark: bool) -> (u32, u32, Vec<u8>) {
-    planes_to_rgba8(
-        &Planes::shown(frame, layer, view.variance_unit, blind_pixels(frame.request()).as_deref()),
-        view,
-        dark,
-    )
+    // Programs that compare colours want no hatching in them.
+    let dark_pixels = (!LayerLook::of(layer).is_colour()).then(|| dark_pixels(frame.request()));
+    planes_to_rgba8(&Planes::shown(frame, layer, view.variance_unit, dark_pixels.as_deref()), view, dark)
 }
 
 /// [`render_to_rgba8`] for numbers that come from elsewhere than a frame.

@@ -10,7 +10,7 @@ use mislab_renderer::Technique;
 use crate::look::colormap::ColourMap;
 use crate::look::layer::{Colouring, LayerLook, Quantity};
 use crate::look::versus::Versus;
-use crate::picture::planes::{BLIND, Planes};
+use crate::picture::planes::{BLIND, Planes, UNHIT};
 use crate::state::placement::Geometry;
 use crate::state::view::{ToneMap, ViewState};
 
@@ -35,6 +35,11 @@ pub fn surround(dark: bool) -> Color32 {
 pub fn hatch(dark: bool) -> [Color32; 2] {
     let [a, b] = if dark { [52, 88] } else { [214, 170] };
     [Color32::from_gray(a), Color32::from_gray(b)]
+}
+
+/// The same in the picture of a quantity: black is nothing in colours, and dark what has no light yet.
+pub fn hatch_of(quantity: Quantity, dark: bool) -> [Color32; 2] {
+    if LayerLook::of(quantity).is_colour() { [Color32::BLACK, Color32::from_gray(64)] } else { hatch(dark) }
 }
 
 /// A number that cannot be: infinite, negative where nothing negative exists, or NaN in a colour.
@@ -97,7 +102,7 @@ impl Uniforms {
         let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
         let bounds = planes.bounds();
         let encoded = |c: Color32| c.to_array().map(|v| f32::from(v) / 255.0);
-        let [hatch_a, hatch_b] = hatch(dark).map(encoded);
+        let [hatch_a, hatch_b] = hatch_of(quantity, dark).map(encoded);
         Self {
             viewport: corner,
             origin: [0, 1].map(|i| geometry.origin[i] - corner[i]),
@@ -260,6 +265,13 @@ fn rgb([r, g, b, _]: [f32; 4]) -> [f32; 3] {
 /// The display colour of one pixel of the frame; `at` is the physical pixel it is drawn to.
 fn colour(u: &Uniforms, value: [f32; 3], at: [f32; 2]) -> [f32; 3] {
     let (tone, map) = (ToneMap::ALL[u.tone_map as usize], ColourMap::ALL[u.row as usize]);
+    let v = value[0];
+    if v == UNHIT {
+        return hatch_at(u, at);
+    }
+    if v == BLIND {
+        return cross_hatch_at(u, at);
+    }
     if u.kind == Kind::Colour as u32 {
         if value.iter().any(|v| !v.is_finite() || *v < 0.0) {
             return rgb(u.invalid);
@@ -268,12 +280,8 @@ fn colour(u: &Uniforms, value: [f32; 3], at: [f32; 2]) -> [f32; 3] {
         let ink = if exposed.iter().any(|v| *v > u.clipped_from) { stripes(u, at) } else { 1.0 };
         return exposed.map(|v| tone_map(tone, v) * ink);
     }
-    let v = value[0];
     if v.is_nan() {
         return hatch_at(u, at);
-    }
-    if v == BLIND {
-        return cross_hatch_at(u, at);
     }
     if u.kind == Kind::Weight as u32 {
         if !(-WEIGHT_SLACK..=1.0 + WEIGHT_SLACK).contains(&v) {

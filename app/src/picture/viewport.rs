@@ -7,11 +7,11 @@ use eframe::egui_wgpu;
 use mislab_renderer::{Frame, Layer, PixelRect};
 
 use crate::look::layer::{LayerLook, Quantity};
-use crate::picture::blind::Blind;
 use crate::picture::content::Content;
+use crate::picture::dark::Darks;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
 use crate::picture::foreign::Foreign;
-use crate::picture::planes::{BLIND, Planes};
+use crate::picture::planes::{BLIND, Planes, UNHIT};
 use crate::picture::sheet::Recorder;
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::{Geometry, Placement};
@@ -28,7 +28,7 @@ pub struct Viewport {
     gpu: Option<FilmTexture>,
     cpu: Option<CpuPicture>,
     /// The layer last taken from what is shown, which may be gone, and how.
-    planes: Option<(Origin, VarianceUnit, Blind, Arc<Planes>)>,
+    planes: Option<(Origin, VarianceUnit, Darks, Arc<Planes>)>,
 }
 
 /// What planes were taken from, which may be gone.
@@ -132,6 +132,12 @@ impl Viewport {
         ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
     }
 
+    /// The layer as it was taken out last, if it was that one and there is something newer by now.
+    pub fn outdated_planes(&self, content: &Content, layer: Layer, unit: VarianceUnit) -> Option<Arc<Planes>> {
+        let (from, as_unit, _, planes) = self.planes.as_ref()?;
+        (!from.is(content) && *as_unit == unit && planes.quantity() == layer.into()).then(|| planes.clone())
+    }
+
     /// The layer, taken out only when content, layer or what is asked of it changed.
     ///
     /// # Errors
@@ -141,18 +147,18 @@ impl Viewport {
         content: &Content,
         layer: Layer,
         unit: VarianceUnit,
-        blind: &Blind,
+        dark: &Darks,
     ) -> Result<Arc<Planes>, String> {
-        if let Some((from, as_unit, without, planes)) = &self.planes {
+        if let Some((from, as_unit, marked, planes)) = &self.planes {
             let same = from.is(content) && planes.quantity() == layer.into();
-            if same && *as_unit == unit && without.as_ref().map(Arc::as_ptr) == blind.as_ref().map(Arc::as_ptr) {
+            if same && *as_unit == unit && marked.as_ref().map(Arc::as_ptr) == dark.as_ref().map(Arc::as_ptr) {
                 return Ok(planes.clone());
             }
         }
         // The old ones go first: no need for both at a time.
         self.planes = None;
-        let planes = Arc::new(content.planes(layer, unit, blind)?);
-        self.planes = Some((Origin::of(content), unit, blind.clone(), planes.clone()));
+        let planes = Arc::new(content.planes(layer, unit, dark)?);
+        self.planes = Some((Origin::of(content), unit, dark.clone(), planes.clone()));
         Ok(planes)
     }
 
@@ -265,7 +271,8 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
             let shown = tone::at_pixel(uniforms, value);
             let ink = if luma(shown) > 0.5 { Color32::BLACK } else { Color32::WHITE };
             let [r, g, b] = value.map(number);
-            let text = if r == g && g == b { r } else { [r, g, b].join("\n") };
+            let marked = value[0] == BLIND || value[0] == UNHIT;
+            let text = if marked || (r == g && g == b) { r } else { [r, g, b].join("\n") };
             let centre = geometry.to_screen([x as f32 + 0.5, y as f32 + 0.5]);
             painter.text(centre, Align2::CENTER_CENTER, text, font.clone(), ink);
         }
@@ -275,7 +282,7 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
 /// A number of a pixel in at most nine characters.
 fn number(value: f32) -> String {
     let size = value.abs();
-    if value.is_nan() {
+    if value.is_nan() || value == UNHIT {
         "none yet".to_owned()
     } else if value == BLIND {
         "blind".to_owned()

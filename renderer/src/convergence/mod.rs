@@ -80,7 +80,7 @@ impl Options {
     /// The pictures, all of the request's estimator but for the strategy.
     fn plan(&self, estimator: Estimator) -> Plan {
         let estimators = self.strategies.iter().map(|&strategy| Estimator { strategy, ..estimator }).collect();
-        Plan { estimators, at: self.at.clone(), replicates: self.replicates }
+        Plan { estimators, at: self.at.clone(), replicates: self.replicates, by_block: false }
     }
 
     fn reference_spp(&self) -> u32 {
@@ -209,7 +209,8 @@ pub fn converge(
         settings.check().map_err(Error::Invalid)?;
     }
     let groups = options.by_square.then(|| Groups::of(&request.scene)).transpose()?;
-    let given = options.reference.as_ref().map(|image| Against::of_image(image, &pictures[0], Arc::default()));
+    let whole = Arc::new(Cells::none(pictures[0].pixel_bounds()));
+    let given = options.reference.as_ref().map(|image| Against::of_image(image, &pictures[0], whole));
     let given = given.transpose()?;
     let (image, spp) = (request.settings.image, options.reference_spp());
     let lights = match &groups {
@@ -256,17 +257,22 @@ fn measured_against(
     (groups, given): (Option<Groups>, Option<Against>),
     goes_on: &mut dyn FnMut(&Step<'_>) -> bool,
 ) -> Result<Option<Against>, Error> {
-    let (rendered, cells) = match (groups, &given) {
+    let mut cells = Cells::none(halves.half(0).pixel_bounds());
+    let rendered = match (groups, &given) {
         (Some(groups), _) => match halves.by_light(batch, scene, &groups, goes_on)? {
-            Some(SortedReference { reference, squares }) => (Some(reference), Arc::new(in_squares(&squares))),
+            Some(SortedReference { reference, squares }) => {
+                cells.squares = in_squares(&squares);
+                Some(reference)
+            }
             None => return Ok(None),
         },
-        (None, Some(_)) => (None, Arc::default()),
+        (None, Some(_)) => None,
         (None, None) => match halves.whole(batch, scene, goes_on)? {
-            Some(reference) => (Some(reference), Arc::default()),
+            Some(reference) => Some(reference),
             None => return Ok(None),
         },
     };
+    let cells = Arc::new(cells);
     Ok(match (given, rendered) {
         (Some(mut given), _) => {
             given.cells = cells;
@@ -277,20 +283,20 @@ fn measured_against(
 }
 
 /// The pixels of each of [`Square::ALL`], also of those that have none.
-fn in_squares(squares: &[Option<Square>]) -> Cells {
+fn in_squares(squares: &[Option<Square>]) -> Vec<cells::Square> {
     let pixels = |square: Square| (0_u32..).zip(squares).filter(move |(_, s)| **s == Some(square)).map(|(i, _)| i);
     let cell = |square: Square| cells::Square {
         plate: bsdf_name(square.bsdf).to_owned(),
         light: light_name(square.light).to_owned(),
         pixels: pixels(square).collect(),
     };
-    Cells { squares: Square::ALL.map(cell).into() }
+    Square::ALL.map(cell).into()
 }
 
 /// The numbers of one estimator.
 fn curve(curves: &Curves, index: usize, sampler: &'static str, cells: &Cells) -> Curve {
     let estimator = &curves.plan.estimators[index];
-    let errors = |part: usize| -> Vec<Vec<f64>> {
+    let errors = |part: Part| -> Vec<Vec<f64>> {
         (0..curves.plan.at.len()).map(|point| curves.squares([index, point], part, Measure::RelMse)).collect()
     };
     let points = |errors: &[Vec<f64>]| -> Vec<CurvePoint> {
@@ -308,7 +314,8 @@ fn curve(curves: &Curves, index: usize, sampler: &'static str, cells: &Cells) ->
         errors.iter().enumerate().map(point).collect()
     };
     let square = |(i, (square, cell)): (usize, (Square, &cells::Square))| {
-        let (fit, errors) = (curves.slope(index, i + 1, Measure::RelMse), errors(i + 1));
+        let part = Part::Square(i);
+        let (fit, errors) = (curves.slope(index, part, Measure::RelMse), errors(part));
         SquareCurve {
             light: square.light,
             bsdf: square.bsdf,
@@ -319,7 +326,7 @@ fn curve(curves: &Curves, index: usize, sampler: &'static str, cells: &Cells) ->
             points: points(&errors),
         }
     };
-    let (fit, whole) = (curves.slope(index, 0, Measure::RelMse), errors(0));
+    let (fit, whole) = (curves.slope(index, Part::Whole, Measure::RelMse), errors(Part::Whole));
     Curve {
         strategy: estimator.strategy.name(),
         heuristic: estimator.heuristic.name(),

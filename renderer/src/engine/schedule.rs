@@ -373,15 +373,16 @@ impl PictureState {
         }
     }
 
-    /// Keeps as many free buffers as a pass needs, one per tile. What frames still share costs nothing and may be the next
-    /// to be free.
+    /// Keeps as many buffers as a pass needs, one per tile: first those that frames still share, which cost nothing and are the next to be
+    /// free. A set that was needed once, when a frame was held for long, goes.
     fn trim(&mut self, needed: usize) {
         let excess = self.retired.len().saturating_sub(2 * needed);
         self.retired.drain(..excess);
+        let shared = self.retired.iter().filter(|tile| Arc::strong_count(tile) > 1).count();
         let mut free = 0;
         self.retired.retain(|tile| {
             free += usize::from(Arc::strong_count(tile) == 1);
-            Arc::strong_count(tile) > 1 || free <= needed
+            Arc::strong_count(tile) > 1 || free <= needed.saturating_sub(shared)
         });
     }
 

@@ -161,15 +161,15 @@ impl Ratio {
         low > 1.0 || high < 1.0
     }
 
-    /// What is sure of it, for people: "A is 2.3 × less noisy here (1.9 to 2.7)" or "A has 2.3 × less squared error here (1.9 to
+    /// What is sure of it, for people, to follow a colon: "A is 2.3 × less noisy here (1.9 to 2.7)" or "A has 2.3 × less squared error here (1.9 to
     /// 2.7)", the band being that of 95 %.
     pub fn sentence(&self) -> String {
         let [low, high] = self.interval(0.95);
         if !self.is_distinguishable() {
             return if self.freedom < Self::LEAST_FREEDOM {
-                "Not distinguishable yet: a few bright samples decide".to_owned()
+                "not distinguishable yet: a few bright samples decide".to_owned()
             } else {
-                format!("Not distinguishable yet (A over B: {} to {})", short(low), short(high))
+                format!("not distinguishable yet (A over B: {} to {})", short(low), short(high))
             };
         }
         let (name, ratio, [low, high]) = if self.log < 0.0 {

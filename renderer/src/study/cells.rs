@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 
 use mislab_kernel::request::scene::Scene;
-use mislab_kernel::request::{ImageSettings, Request};
+use mislab_kernel::request::{ImageSettings, PixelRect, Request};
 
 use crate::engine::Renderer;
 use crate::error::Error;
@@ -20,6 +20,8 @@ pub enum Part {
     Whole,
     /// A square: index into [`Cells::squares`].
     Square(usize),
+    /// A rectangle of the full image.
+    Rect(PixelRect),
 }
 
 /// The pixels of one plate that one light is brightest on.
@@ -34,8 +36,10 @@ pub struct Square {
 }
 
 /// All squares of a picture, plate by plate; none where a scene has no glossy surface or no light.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cells {
+    /// The pixels of the picture, in coordinates of the full image.
+    pub bounds: PixelRect,
     /// Those that have pixels.
     pub squares: Vec<Square>,
 }
@@ -87,10 +91,15 @@ impl Cells {
             }
         }
         let materials = part(&visible_materials(scene, image.resolution), image.resolution[0], bounds);
-        Ok(Some(Self { squares: sorted(scene, &lights, &materials, &brightest) }))
+        Ok(Some(Self { bounds, squares: sorted(scene, &lights, &materials, &brightest) }))
     }
 
-    /// The pixels of a part.
+    /// A picture without squares.
+    pub fn none(bounds: PixelRect) -> Self {
+        Self { bounds, squares: Vec::new() }
+    }
+
+    /// The pixels of a part; of a rectangle those inside the picture.
     ///
     /// # Panics
     /// If there is no such square.
@@ -98,10 +107,16 @@ impl Cells {
         match part {
             Part::Whole => Region::All,
             Part::Square(index) => Region::Pixels(&self.squares[index].pixels),
+            Part::Rect(rect) => {
+                let Self { bounds: PixelRect { min, max }, .. } = *self;
+                let within = |at: [u32; 2]| [0, 1].map(|axis| at[axis].clamp(min[axis], max[axis]) - min[axis]);
+                let rect = PixelRect { min: within(rect.min), max: within(rect.max) };
+                Region::Rect { width: self.bounds.width() as usize, rect }
+            }
         }
     }
 
-    /// All parts, the whole first.
+    /// The whole, then the squares.
     pub fn parts(&self) -> impl Iterator<Item = Part> {
         std::iter::once(Part::Whole).chain((0..self.squares.len()).map(Part::Square))
     }

@@ -2,6 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
 
+use super::cells::Part;
 use super::points::{Found, Plan};
 use super::slope::{Fit, fit};
 use crate::table::quality::mean_and_error;
@@ -92,9 +93,9 @@ impl Curves {
         self.plan.estimators.len() * self.plan.at.len() * self.plan.replicates as usize
     }
 
-    /// The mean squares of a point, in the part of that index: one for each picture that has pixels there.
-    pub(crate) fn squares(&self, [curve, point]: [usize; 2], part: usize, measure: Measure) -> Vec<f64> {
-        let of = |found: &Found| found.errors.get(part).map(|errors| errors[measure.square().0]);
+    /// The mean squares of a point in a part: one for each picture that has pixels there.
+    pub(crate) fn squares(&self, [curve, point]: [usize; 2], part: Part, measure: Measure) -> Vec<f64> {
+        let of = |found: &Found| found.errors_in(part).map(|errors| errors[measure.square().0]);
         self.found[curve][point].iter().filter_map(of).filter(|square| !square.is_nan()).collect()
     }
 
@@ -104,9 +105,8 @@ impl Curves {
         found.iter().map(|found| found.cpu_seconds).sum::<f64>() / found.len() as f64
     }
 
-    /// A point of a curve; `part` counts as [`super::cells::Cells::parts`] does. `None` without pictures, or where their mean is not
-    /// positive.
-    pub fn value(&self, curve: usize, point: usize, part: usize, measure: Measure) -> Option<Value> {
+    /// A point of a curve. `None` without pictures, or where their mean is not positive.
+    pub fn value(&self, curve: usize, point: usize, part: Part, measure: Measure) -> Option<Value> {
         let squares = self.squares([curve, point], part, measure);
         let power = measure.square().1;
         let (mean, error) = mean_and_error(&squares);
@@ -125,7 +125,7 @@ impl Curves {
     }
 
     /// Slope of a curve and its 95 % interval, over the points that have two pictures or more.
-    pub fn slope(&self, curve: usize, part: usize, measure: Measure) -> Option<Fit> {
+    pub fn slope(&self, curve: usize, part: Part, measure: Measure) -> Option<Fit> {
         let points = (0..self.plan.at.len()).map(|point| self.squares([curve, point], part, measure));
         let (at, squares): (Vec<u32>, Vec<Vec<f64>>) =
             self.plan.at.iter().copied().zip(points).filter(|(_, squares)| squares.len() > 1).unzip();
@@ -137,15 +137,15 @@ impl Curves {
         Some(Fit { slope: power * slope, interval: interval.map(|end| power * end) })
     }
 
-    /// For spreadsheets: a head line, then one line for each point of each part with that name.
-    pub fn to_csv(&self, parts: &[String]) -> String {
+    /// For spreadsheets: a head line, then one line for each point of each part, under its name.
+    pub fn to_csv(&self, parts: &[(Part, String)]) -> String {
         let mut out = String::from(
             "strategy,heuristic,weights,light_prob,part,spp,rays,cpu_seconds,rel_mse,rel_mse_low,rel_mse_high,rmse,rmse_low,rmse_high,replicates\n",
         );
         for (curve, estimator) in self.plan.estimators.iter().enumerate() {
-            for (index, part) in parts.iter().enumerate() {
+            for (part, part_name) in parts {
                 for (point, spp) in self.plan.at.iter().enumerate() {
-                    let [rel_mse, rmse] = Measure::ALL.map(|measure| self.value(curve, point, index, measure));
+                    let [rel_mse, rmse] = Measure::ALL.map(|measure| self.value(curve, point, *part, measure));
                     let Some(some) = rel_mse.or(rmse) else { continue };
                     let numbers = |value: Option<Value>| {
                         let [low, high] = value.and_then(|v| v.interval).unwrap_or([f64::NAN; 2]);
@@ -156,7 +156,7 @@ impl Curves {
                     let (name, c) = (estimator.strategy.name(), estimator.light_prob);
                     let rays = u64::from(*spp) * u64::from(estimator.strategy.rays_per_sample());
                     out += &format!(
-                        "{name},{heuristic},{weights},{c},{part},{spp},{rays},{},{},{},{}\n",
+                        "{name},{heuristic},{weights},{c},{part_name},{spp},{rays},{},{},{},{}\n",
                         some.cpu_seconds,
                         numbers(rel_mse),
                         numbers(rmse),
@@ -175,14 +175,14 @@ mod tests {
     use mislab_kernel::request::Estimator;
 
     fn halving(replicates: u32) -> Curves {
-        let plan = Plan { estimators: vec![Estimator::default()], at: vec![1, 2, 4, 8], replicates };
+        let plan = Plan { estimators: vec![Estimator::default()], at: vec![1, 2, 4, 8], replicates, by_block: false };
         let mut curves = Curves::new(plan);
         for point in 0..4 {
             for replicate in 0..replicates {
                 let spread = 1.0 + 0.1 * f64::from(replicate);
                 let mse = spread * 0.5_f64.powi(point);
                 let (curve, point) = (0, point as usize);
-                curves.add(Found { curve, point, cpu_seconds: 1.0, errors: vec![[mse, 4.0 * mse]] });
+                curves.add(Found { curve, point, cpu_seconds: 1.0, errors: vec![[mse, 4.0 * mse]], blocks: None });
             }
         }
         curves
@@ -192,7 +192,7 @@ mod tests {
     fn slopes_of_both_measures_belong_together() {
         let curves = halving(3);
         for measure in Measure::ALL {
-            let Fit { slope, interval: [low, high] } = curves.slope(0, 0, measure).expect("four points");
+            let Fit { slope, interval: [low, high] } = curves.slope(0, Part::Whole, measure).expect("four points");
             assert!((slope - measure.slope()).abs() < 1e-12 && low <= slope && slope <= high, "{measure:?}: {slope}");
         }
     }
@@ -200,14 +200,14 @@ mod tests {
     /// Of 1, 1.1, 1.2: mean 1.1, standard error 0.1 / sqrt(3), t of two degrees of freedom 4.302653.
     #[test]
     fn bands_are_students() {
-        let value = halving(3).value(0, 0, 0, Measure::RelMse).expect("three pictures");
+        let value = halving(3).value(0, 0, Part::Whole, Measure::RelMse).expect("three pictures");
         let [low, high] = value.interval.expect("more than one");
         assert!((value.error - 1.1).abs() < 1e-12);
         let factor = (4.302_653 * 0.1 / 3.0_f64.sqrt() / 1.1).exp();
         assert!((high / 1.1 - factor).abs() < 1e-6 && (1.1 / low - factor).abs() < 1e-6, "{low} to {high}");
-        let rmse = halving(3).value(0, 0, 0, Measure::Rmse).expect("three pictures");
+        let rmse = halving(3).value(0, 0, Part::Whole, Measure::Rmse).expect("three pictures");
         assert!((rmse.error - 4.4_f64.sqrt()).abs() < 1e-12, "{}", rmse.error);
-        assert_eq!(halving(1).value(0, 0, 0, Measure::RelMse).expect("one").interval, None);
+        assert_eq!(halving(1).value(0, 0, Part::Whole, Measure::RelMse).expect("one").interval, None);
     }
 
     #[test]

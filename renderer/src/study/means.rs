@@ -9,7 +9,6 @@ use statrs::distribution::{ContinuousCDF as _, Normal};
 use super::cells::{Cells, Part};
 use crate::frame::Frame;
 use crate::layer::Channel;
-use crate::metrics::Region;
 use crate::table::reference::{LUMINANCE, rgb};
 
 /// The mean luminance of a part of a picture.
@@ -29,13 +28,13 @@ pub struct Mean {
 const LEAST_BRIGHT: f64 = 20.0;
 
 impl Mean {
-    /// Mean of a frame in each of [`Cells::parts`]; `None` with a single sample per pixel, which has no variance.
-    pub fn of_frame(frame: &Frame, cells: &Cells) -> Option<Vec<Self>> {
+    /// Mean of a frame in each of `parts`; `None` with a single sample per pixel, which has no variance.
+    pub fn of_frame(frame: &Frame, cells: &Cells, parts: &[Part]) -> Option<Vec<Self>> {
         let spp = f64::from(frame.spp());
         let (planes, variance) = (rgb(frame), frame.channel(Channel::VarianceY));
-        let one = |part: Part| {
+        let one = |part: &Part| {
             let (mut sum, mut variances, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0);
-            let mut add = |pixel: usize| {
+            cells.region(*part).each(variance.len(), |pixel| {
                 let y: f64 = planes.iter().zip(LUMINANCE).map(|(plane, w)| w * f64::from(plane[pixel])).sum();
                 let v = f64::from(variance[pixel]);
                 if y.is_finite() && v.is_finite() {
@@ -44,11 +43,7 @@ impl Mean {
                     squares += v * (spp - 1.0) + spp * y * y;
                     count += 1.0;
                 }
-            };
-            match cells.region(part) {
-                Region::Pixels(pixels) => pixels.iter().for_each(|&pixel| add(pixel as usize)),
-                Region::All | Region::Rect { .. } | Region::Mask(_) => (0..variance.len()).for_each(add),
-            }
+            });
             Self {
                 value: sum / count,
                 standard_error: f64::sqrt(variances) / count,
@@ -56,7 +51,7 @@ impl Mean {
                 bright: if squares > 0.0 { (spp * sum).powi(2) / squares } else { 0.0 },
             }
         };
-        (frame.spp() > 1).then(|| cells.parts().map(one).collect())
+        (frame.spp() > 1).then(|| parts.iter().map(one).collect())
     }
 
     /// Probability of so large a difference from `reference` without bias; `None` where too few samples carried light to tell.

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use mislab_kernel::request::scene::Scene;
 use mislab_kernel::request::{Estimator, Request, SamplerSettings, Sampling, Settings};
 
+use super::blocks::Blocks;
+use super::cells::Part;
 use super::reference::Against;
 use crate::engine::Renderer;
 use crate::error::Error;
@@ -21,6 +23,8 @@ pub struct Plan {
     pub at: Vec<u32>,
     /// Pictures of each point with different seeds.
     pub replicates: u32,
+    /// Errors are kept by blocks of pixels, too: [`super::cells::Part::Rect`] has its curves.
+    pub by_block: bool,
 }
 
 /// With two, a 95 % interval is three times as wide as with three.
@@ -67,6 +71,19 @@ pub struct Found {
     pub cpu_seconds: f64,
     /// relMSE and MSE in each of [`super::cells::Cells::parts`].
     pub errors: Vec<[f64; 2]>,
+    /// The same by blocks, with [`Plan::by_block`].
+    pub blocks: Option<Blocks>,
+}
+
+impl Found {
+    /// relMSE and MSE in a part; `None` where the picture has no such part or its errors are not known.
+    pub fn errors_in(&self, part: Part) -> Option<[f64; 2]> {
+        match part {
+            Part::Whole => self.errors.first().copied(),
+            Part::Square(index) => self.errors.get(index + 1).copied(),
+            Part::Rect(rect) => self.blocks.as_ref().map(|blocks| blocks.over(rect)),
+        }
+    }
 }
 
 /// Renders and measures all of a plan, in the order of [`Plan::order`]; blocks. `request` says scene, pattern, seed and image.
@@ -86,7 +103,11 @@ pub fn measure(
         let Some(reference) = against(plan.at[point]) else { return Ok(()) };
         let Some(frame) = render(plan.settings(request, index), index)? else { return Ok(()) };
         let cpu_seconds = frame.stats().cpu_seconds;
-        found(Found { curve, point, cpu_seconds, errors: errors(&frame, &reference) });
+        let planes = rgb(&frame);
+        let picture = planes.each_ref().map(Vec::as_slice);
+        let errors = reference.cells.parts().map(|part| errors(picture, &reference, part)).collect();
+        let blocks = plan.by_block.then(|| reference.block_errors(picture));
+        found(Found { curve, point, cpu_seconds, errors, blocks });
     }
     Ok(())
 }
@@ -110,16 +131,11 @@ pub fn in_background(
     }
 }
 
-/// relMSE and MSE of a frame in each part; the frame holds the pixels of the reference.
+/// relMSE and MSE of a picture's planes in a part; NaN where it holds no value.
 ///
 /// # Panics
-/// If it holds another number of them.
-pub fn errors(frame: &Frame, reference: &Against) -> Vec<[f64; 2]> {
-    let planes = rgb(frame);
-    let picture = [&planes[0][..], &planes[1], &planes[2]];
-    let one = |part| {
-        let errors = reference.errors(picture, part);
-        [errors.rel_mse(), errors.mse()].map(|value| value.unwrap_or(f64::NAN))
-    };
-    reference.cells.parts().map(one).collect()
+/// If they have another number of pixels than the reference.
+pub fn errors(picture: [&[f32]; 3], reference: &Against, part: Part) -> [f64; 2] {
+    let errors = reference.errors(picture, part);
+    [errors.rel_mse(), errors.mse()].map(|value| value.unwrap_or(f64::NAN))
 }

@@ -7,12 +7,13 @@ use std::time::Duration;
 use mislab_kernel::request::scene::Scene;
 use mislab_kernel::request::{ImageSettings, Request, Settings};
 
+use super::blocks::Blocks;
 use super::cells::{Cells, Part};
 use super::means::Mean;
 use crate::engine::{Pace, Picture, Renderer, State};
 use crate::error::Error;
 use crate::frame::Frame;
-use crate::metrics::{Errors, Region};
+use crate::metrics::Errors;
 use crate::snapshot::{Image, Window};
 use crate::table::quality::Reference;
 use crate::table::reference::{LUMINANCE, Plan, rgb};
@@ -73,6 +74,14 @@ impl Against {
         self.halves.errors(picture, &self.cells.region(part))
     }
 
+    /// Errors of a picture's planes by blocks of pixels.
+    ///
+    /// # Panics
+    /// If they are not of [`Self::len`].
+    pub fn block_errors(&self, picture: [&[f32]; 3]) -> Blocks {
+        Blocks::new(self.cells.bounds, |region| self.halves.errors(picture, region))
+    }
+
     /// Squared errors of each pixel of a picture's planes, whose mean over a part is the relMSE of [`Self::errors`].
     ///
     /// # Panics
@@ -93,16 +102,12 @@ impl Against {
             self.halves.halves[half].iter().zip(LUMINANCE).map(|(plane, weight)| weight * plane[pixel]).sum()
         };
         let (mut sum, mut squared, mut count) = (0.0, 0.0, 0.0);
-        let mut add = |pixel: usize| {
+        self.cells.region(part).each(self.len(), |pixel| {
             let [a, b] = [y(0, pixel), y(1, pixel)];
             sum += 0.5 * (a + b);
             squared += (0.5 * (a - b)).powi(2);
             count += 1.0;
-        };
-        match self.cells.region(part) {
-            Region::Pixels(pixels) => pixels.iter().for_each(|&pixel| add(pixel as usize)),
-            Region::All | Region::Rect { .. } | Region::Mask(_) => (0..self.len()).for_each(add),
-        }
+        });
         Mean {
             value: sum / count,
             standard_error: squared.sqrt() / count,

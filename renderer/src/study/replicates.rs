@@ -12,7 +12,8 @@ use mislab_kernel::request::{Request, SamplerKind};
 use crate::engine::Renderer;
 use crate::error::Error;
 use crate::layer::Channel;
-use crate::table::reference::{LUMINANCE, rgb};
+use crate::table::reference::{LUMINANCE, part, rgb};
+use crate::table::regions::visible_materials;
 
 /// Pictures with seeds of their own.
 pub const REPLICATES: u32 = 8;
@@ -21,7 +22,8 @@ const SIDE: u32 = 64;
 /// Samples per pixel of a pattern without strata, and the most of one that has them.
 const SPP: [u32; 2] = [16, 64];
 
-/// Variance of the luminance of one sample, averaged over the pixels that anything was hit in.
+/// Variance of the luminance of one sample, averaged over the pixels that show one surface alone and that anything was hit in. At the rim of a
+/// light a pixel holds more noise than all others together, whatever the strategy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
     /// As it is, in squared radiance.
@@ -85,11 +87,13 @@ impl Replicated {
                 sum.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
             }
         }
-        Ok(averaged(&sums, spp))
+        let (image, bounds) = (settings.image, settings.pixel_bounds());
+        let materials = part(&visible_materials(&request.scene, image.resolution), image.resolution[0], bounds);
+        Ok(averaged(sums.iter().zip(materials).filter_map(|(sums, material)| material.map(|_| sums)), spp))
     }
 }
 
-fn averaged(sums: &[[f64; 3]], spp: u32) -> Option<Replicated> {
+fn averaged<'a>(sums: impl Iterator<Item = &'a [f64; 3]>, spp: u32) -> Option<Replicated> {
     let count = f64::from(REPLICATES);
     let (mut pixels, mut independent, mut pattern) = (0.0, [0.0; 2], [0.0; 2]);
     for [sum, squares, variances] in sums {

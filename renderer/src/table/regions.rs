@@ -150,6 +150,12 @@ pub fn visible_materials(scene: &Scene, resolution: [u32; 2]) -> Vec<Option<usiz
     materials
 }
 
+/// Whether each pixel shows a surface that can reflect, row by row from the top left: the first one behind the pixel's centre, no light.
+pub fn shows_surface(scene: &Scene, resolution: [u32; 2]) -> Vec<bool> {
+    let size = resolution.map(|n| n as usize);
+    Grid::new(scene, resolution, size, 0.5).trace(scene).into_iter().map(|material| material.is_some()).collect()
+}
+
 /// A regular grid of points of the image, one pixel apart.
 struct Grid {
     size: [usize; 2],

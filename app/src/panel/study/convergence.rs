@@ -1,8 +1,7 @@
 //! Error against samples, on logarithmic axes.
 
 use eframe::egui::{
-    self, Align2, Button, Color32, ComboBox, Id, Pos2, Rect, Response, RichText, Role, Sense, Stroke, TextStyle, Ui,
-    vec2,
+    self, Align2, Button, Color32, Id, Pos2, Rect, Response, RichText, Role, Sense, Stroke, TextStyle, Ui, vec2,
 };
 use mislab_renderer::study::curves::Value;
 use mislab_renderer::study::{Cells, Curves, Measure, Part, Plan};
@@ -10,6 +9,7 @@ use mislab_renderer::{Estimator, Strategy};
 
 use super::Subject;
 use super::curves_job::{CurvesJob, State};
+use super::parts::{Chosen, part_name};
 use super::plot::Axes;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
@@ -17,6 +17,7 @@ use crate::panel::hint::Hint as _;
 use crate::panel::number::{seconds, two_digits};
 use crate::panel::widgets::{caption, segmented, title};
 use crate::picture::reference::REFERENCE_SPP;
+use crate::picture::sheet::Recorder;
 use crate::picture::slot_errors::SlotErrors;
 use crate::state::command::Command;
 
@@ -34,7 +35,7 @@ enum Over {
 pub struct Convergence {
     measure: Measure,
     over: Over,
-    part: Part,
+    part: Chosen,
     /// A drag draws a prediction.
     drawing: bool,
     /// Logarithms of what was drawn by hand, by ascending x, and on which axes.
@@ -63,7 +64,7 @@ impl Convergence {
     fn match_subject(&mut self, ctx: &egui::Context, subject: &Subject<'_>) {
         let active = subject.document.active();
         let estimators = Strategy::ALL.map(|strategy| Estimator { strategy, ..active.estimator }).to_vec();
-        let plan = Plan { estimators, at: AT.to_vec(), replicates: REPLICATES };
+        let plan = Plan { estimators, at: AT.to_vec(), replicates: REPLICATES, by_block: true };
         let request = subject.document.request(active);
         if self.job.as_ref().is_some_and(|job| !job.is_about(&request, &plan)) {
             self.job = None;
@@ -93,13 +94,15 @@ impl Convergence {
 pub fn convergence_ui(ui: &mut Ui, study: &mut Convergence, subject: &Subject<'_>, out: &mut Vec<Command>) {
     study.match_subject(ui.ctx(), subject);
     let against = subject.references.latest();
-    let cells = against.as_ref().map(|against| against.cells.clone()).unwrap_or_default();
-    if matches!(study.part, Part::Square(index) if index >= cells.squares.len()) {
-        study.part = Part::Whole;
-    }
+    let cells = against.as_ref().map(|against| &*against.cells);
+    let before = study.part.part();
+    study.part.follow(subject.selected, cells.map_or(0, |cells| cells.squares.len()));
     let state = study.job.as_ref().map(CurvesJob::state);
     title(ui, "Convergence");
-    head_ui(ui, study, &cells, out);
+    Recorder::on_screen_only(ui, |ui| head_ui(ui, study, cells, out));
+    if before != study.part.part() {
+        study.prediction.clear();
+    }
     let room = ui.available_size();
     let foot = foot_height(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(room.x, (room.y - foot).max(140.0)), Sense::click_and_drag());
@@ -111,7 +114,7 @@ pub fn convergence_ui(ui: &mut Ui, study: &mut Convergence, subject: &Subject<'_
     if let (Some(pointer), Some(curves), false) = (response.hover_pos(), curves, study.drawing) {
         hover_ui(ui, study, curves, &axes, pointer);
     }
-    foot_ui(ui, study, subject, state.as_ref(), &cells, out);
+    foot_ui(ui, study, subject, state.as_ref(), cells, out);
 }
 
 /// Room for the slopes, the prediction, the reference and a remark of up to three lines.
@@ -119,17 +122,6 @@ fn foot_height(ui: &Ui) -> f32 {
     let [body, small] = [TextStyle::Body, TextStyle::Small].map(|style| ui.text_style_height(&style));
     let slopes = if ui.available_width() > WIDE { 2.0 } else { 4.0 };
     (slopes + 2.0) * body + ui.spacing().interact_size.y + 3.0 * small + 6.0 * GRID
-}
-
-/// Names of the parts as chosen from a menu and as written in files.
-pub fn part_name(cells: &Cells, part: Part) -> String {
-    match part {
-        Part::Whole => "whole picture".to_owned(),
-        Part::Square(index) => {
-            let square = &cells.squares[index];
-            format!("{} under {}", square.plate, square.light)
-        }
-    }
 }
 
 fn measure_name(measure: Measure) -> &'static str {
@@ -146,7 +138,7 @@ fn formula(measure: Measure) -> &'static str {
     }
 }
 
-fn head_ui(ui: &mut Ui, study: &mut Convergence, cells: &Cells, out: &mut Vec<Command>) {
+fn head_ui(ui: &mut Ui, study: &mut Convergence, cells: Option<&Cells>, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let half = 0.5 * (ui.available_width() - 2.0 * GRID);
         ui.allocate_ui(vec2(0.8 * half, ui.spacing().interact_size.y), |ui| {
@@ -171,20 +163,8 @@ fn head_ui(ui: &mut Ui, study: &mut Convergence, cells: &Cells, out: &mut Vec<Co
         }
     });
     ui.horizontal(|ui| {
-        let before = study.part;
-        let combo = ComboBox::from_id_salt("part").width(0.42 * ui.available_width()).truncate();
-        let response = combo.selected_text(part_name(cells, study.part)).show_ui(ui, |ui| {
-            for part in cells.parts() {
-                ui.selectable_value(&mut study.part, part, part_name(cells, part));
-            }
-        });
-        response
-            .response
-            .accessible_name("Part of the picture")
-            .hint("The whole picture, or one plate under one light.");
-        if before != study.part {
-            study.prediction.clear();
-        }
+        let width = 0.42 * ui.available_width();
+        study.part.menu(ui, cells, width);
         let button = Button::selectable(study.drawing, "Draw your prediction");
         if ui.add(button).hint("Drag in the plot: how will the error fall? Then compare.").clicked() {
             study.drawing = !study.drawing;
@@ -194,21 +174,15 @@ fn head_ui(ui: &mut Ui, study: &mut Convergence, cells: &Cells, out: &mut Vec<Co
         if ui.button("CSV").accessible_name("Save the curves as CSV").clicked()
             && let Some(State { curves, .. }) = state
         {
-            let names: Vec<String> = cells.parts().map(|part| part_name(cells, part)).collect();
-            out.push(Command::SaveCsv { name: "convergence", text: curves.to_csv(&names) });
+            let named = |part: Part| (part, part_name(cells, part));
+            let parts: Vec<_> = study.part.all(cells).into_iter().map(named).collect();
+            out.push(Command::SaveCsv { name: "convergence", text: curves.to_csv(&parts) });
         }
     });
 }
 
 /// Axes around all that is known, in whole decades of the error and at least three of them.
 fn axes(ui: &Ui, study: &Convergence, subject: &Subject<'_>, curves: Option<&Curves>, rect: Rect) -> Axes {
-    let font = TextStyle::Small.resolve(ui.style());
-    let left = ui.painter().layout_no_wrap("0.0001".into(), font.clone(), Color32::WHITE).size().x + 2.0 * GRID;
-    let mut inner = rect;
-    inner.min.x += left;
-    inner.max.x -= 2.0 * GRID;
-    inner.min.y += GRID;
-    inner.max.y -= ui.text_style_height(&TextStyle::Small) + GRID;
     let mut y: Option<[f64; 2]> = None;
     let mut x = match study.over {
         Over::Spp => [0.0, f64::from(AT[7]).log10()],
@@ -230,22 +204,14 @@ fn axes(ui: &Ui, study: &Convergence, subject: &Subject<'_>, curves: Option<&Cur
     }
     let [low, high] = y.unwrap_or([-3.0, 0.0]);
     let (low, high) = ((low - 0.2).floor(), (high + 0.2).ceil());
-    Axes { rect: inner, x: [x[0] - 0.08, x[1] + 0.08], y: [low.min(high - 3.0), high] }
+    Axes::within(ui, rect, "0.0001", [[x[0] - 0.08, x[1] + 0.08], [low.min(high - 3.0), high]])
 }
 
 /// All points that are known: curve, point, value.
 fn values(study: &Convergence, curves: Option<&Curves>) -> Vec<(usize, usize, Value)> {
     let Some(curves) = curves else { return Vec::new() };
     let each = (0..curves.plan.estimators.len()).flat_map(|c| (0..curves.plan.at.len()).map(move |p| (c, p)));
-    each.filter_map(|(c, p)| Some((c, p, curves.value(c, p, index(study.part), study.measure)?))).collect()
-}
-
-/// Of a part, among all of them.
-fn index(part: Part) -> usize {
-    match part {
-        Part::Whole => 0,
-        Part::Square(index) => index + 1,
-    }
+    each.filter_map(|(c, p)| Some((c, p, curves.value(c, p, study.part.part(), study.measure)?))).collect()
 }
 
 fn plot_ui(ui: &Ui, study: &Convergence, subject: &Subject<'_>, curves: Option<&Curves>, axes: &Axes) {
@@ -266,7 +232,7 @@ fn plot_ui(ui: &Ui, study: &Convergence, subject: &Subject<'_>, curves: Option<&
         }
     }
     let round = subject.measuring.round();
-    if let Some(noise) = round.and_then(|round| round.noise.as_ref()?.get(index(study.part)).copied()) {
+    if let Some(noise) = round.and_then(|round| round.noise.as_ref()?.get(round.index(study.part.part())?).copied()) {
         floor_ui(ui, &painter, axes, study.measure.of(noise));
     }
     for curve in 0..curves.map_or(0, |curves| curves.plan.estimators.len()) {
@@ -295,13 +261,14 @@ fn plot_ui(ui: &Ui, study: &Convergence, subject: &Subject<'_>, curves: Option<&
 
 /// Where the pictures on screen are by now, in logarithms.
 fn live(study: &Convergence, subject: &Subject<'_>) -> Vec<(Strategy, [f64; 2])> {
-    let slots = subject.measuring.round().into_iter().flat_map(|round| &round.slots).flatten();
+    let Some(round) = subject.measuring.round() else { return Vec::new() };
+    let Some(index) = round.index(study.part.part()) else { return Vec::new() };
     let place = |slot: &SlotErrors| {
-        let error = study.measure.of(*slot.errors.get(index(study.part))?);
+        let error = study.measure.of(*slot.errors.get(index)?);
         let x = study.x_of(f64::from(slot.spp), &slot.estimator, slot.cpu_seconds);
         (error > 0.0).then(|| (slot.estimator.strategy, [x.log10(), error.log10()]))
     };
-    slots.filter_map(place).collect()
+    round.slots.iter().flatten().filter_map(place).collect()
 }
 
 /// The reference's own noise, below which nothing is known.
@@ -366,7 +333,7 @@ fn foot_ui(
     study: &Convergence,
     subject: &Subject<'_>,
     state: Option<&State>,
-    cells: &Cells,
+    cells: Option<&Cells>,
     out: &mut Vec<Command>,
 ) {
     let inks = Inks::of(ui.visuals());
@@ -379,7 +346,7 @@ fn foot_ui(
     egui::Grid::new("slopes").num_columns(columns).min_row_height(0.0).spacing([gap, 0.0]).show(ui, |ui| {
         ui.spacing_mut().interact_size.y = 0.0;
         for (curve, strategy) in Strategy::ALL.into_iter().enumerate() {
-            let slope = curves.and_then(|curves| curves.slope(curve, index(study.part), study.measure));
+            let slope = curves.and_then(|curves| curves.slope(curve, study.part.part(), study.measure));
             let text = slope.map_or("\u{2013}".to_owned(), |fit| {
                 let [low, high] = fit.interval;
                 format!("{:.2} \u{b1} {:.2}", fit.slope, 0.5 * (high - low)).replace('-', "\u{2212}")
@@ -398,7 +365,7 @@ fn foot_ui(
         Some(error) => format!("; {error}"),
         None => format!("; {} of {} pictures, {REPLICATES} a point", state.curves.count(), state.curves.total()),
     });
-    let part = part_name(cells, study.part);
+    let part = part_name(cells, study.part.part());
     caption(ui, format!("{} over the {part}{done}. Bands: 95 %; dashed: independent samples.", formula(study.measure)));
 }
 
@@ -411,7 +378,8 @@ pub fn reference_ui(ui: &mut Ui, subject: &Subject<'_>, out: &mut Vec<Command>) 
                 ("From a file \u{2026}", Command::OpenReference, "Opens an EXR of the same pixels as the reference.")
             }
         };
-        if ui.button(text).accessible_name("Reference from elsewhere").hint(hint).clicked() {
+        let button = |ui: &mut Ui| ui.button(text).accessible_name("Reference from elsewhere").hint(hint);
+        if Recorder::on_screen_only(ui, button).clicked() {
             out.push(command);
         }
         ui.add(egui::Label::new(subject.references.words()).truncate());

@@ -14,6 +14,7 @@ use crate::panel::widgets::segmented;
 use crate::picture::engine::Engine;
 use crate::picture::live::LivePicture;
 use crate::picture::planes::Planes;
+use crate::picture::sheet::Recorder;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
 use crate::state::placement::Placement;
@@ -75,7 +76,7 @@ pub fn grid_ui(ui: &mut Ui, study: &mut Grid, subject: &Subject<'_>, out: &mut V
     match shown.tiles.enlarged {
         Some(index) => shown.enlarged_ui(ui, index, subject, out),
         None => {
-            if let Some(axes) = axes_ui(ui, study.axes) {
+            if let Some(axes) = Recorder::on_screen_only(ui, |ui| axes_ui(ui, study.axes)) {
                 study.axes = axes;
                 study.shown = None;
             } else {
@@ -158,14 +159,16 @@ impl Pictures {
     fn enlarged_ui(&mut self, ui: &mut Ui, index: usize, subject: &Subject<'_>, out: &mut Vec<Command>) {
         let Some(cell) = self.cells.get(index).cloned() else { return };
         ui.horizontal(|ui| {
-            if ui.button("Back").hint("All pictures again (Escape, or a click on the picture).").clicked() {
-                self.tiles.enlarged = None;
-            }
-            let hint = "Strategy, heuristic, c and weights of this cell for the active picture, which is shown.";
-            if ui.button("Use these settings").hint(hint).clicked() {
-                out.push(Edit::SetEstimator(cell.estimator).into());
-                out.push(Command::ToggleStudy(Study::Grid));
-            }
+            Recorder::on_screen_only(ui, |ui| {
+                if ui.button("Back").hint("All pictures again (Escape, or a click on the picture).").clicked() {
+                    self.tiles.enlarged = None;
+                }
+                let hint = "Strategy, heuristic, c and weights of this cell for the active picture, which is shown.";
+                if ui.button("Use these settings").hint(hint).clicked() {
+                    out.push(Edit::SetEstimator(cell.estimator).into());
+                    out.push(Command::ToggleStudy(Study::Grid));
+                }
+            });
             ui.colored_label(Inks::of(ui.visuals()).strategy(cell.estimator.strategy), &cell.name);
             ui.label(self.error_text(index));
         });

@@ -1,15 +1,17 @@
 //! Means of each picture against a reference: bias or noise.
 
 use eframe::egui::{self, Align2, Rect, RichText, Role, Sense, Stroke, TextStyle, Ui, vec2};
-use mislab_renderer::study::{Mean, Part, p_values};
+use mislab_renderer::study::{Mean, p_values};
 
 use super::Subject;
-use super::convergence::{part_name, reference_ui};
+use super::convergence::reference_ui;
+use super::parts::{Chosen, part_name};
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
 use crate::panel::number::two_digits;
 use crate::panel::widgets::{caption, title};
+use crate::picture::sheet::Recorder;
 use crate::picture::slot_errors::{Round, SlotErrors};
 use crate::state::command::Command;
 
@@ -17,7 +19,7 @@ use crate::state::command::Command;
 #[derive(Default)]
 pub struct Means {
     /// The row that numbers are shown of.
-    part: Part,
+    part: Chosen,
 }
 
 /// Radius of the ring around a biased mean.
@@ -81,10 +83,7 @@ pub fn means_ui(ui: &mut Ui, study: &mut Means, subject: &Subject<'_>, out: &mut
         ui.label("Each picture's mean over each plate and light is compared with the reference's.");
         return;
     };
-    let cells = &round.against.cells;
-    if matches!(study.part, Part::Square(index) if index >= cells.squares.len()) {
-        study.part = Part::Whole;
-    }
+    study.part.follow(subject.selected, round.against.cells.squares.len());
     let verdicts = verdicts(round);
     let foot = (round.slots.len() as f32 + 2.0) * ui.spacing().interact_size.y
         + 6.0 * GRID
@@ -93,11 +92,13 @@ pub fn means_ui(ui: &mut Ui, study: &mut Means, subject: &Subject<'_>, out: &mut
     egui::ScrollArea::vertical().id_salt("means").max_height(height).show(ui, |ui| {
         rows_ui(ui, study, round, &verdicts);
     });
-    let chosen = cells.parts().position(|part| part == study.part).unwrap_or(0);
+    // A rectangle that has just been selected has no row yet.
+    let chosen = round.index(study.part.part()).unwrap_or(0);
     ui.add_space(GRID);
-    slots_ui(ui, study, round, &verdicts[chosen], chosen);
+    slots_ui(ui, round, &verdicts[chosen], chosen);
     ui.horizontal(|ui| {
-        if ui.button("CSV").accessible_name("Save the means as CSV").clicked() {
+        let button = |ui: &mut Ui| ui.button("CSV").accessible_name("Save the means as CSV");
+        if Recorder::on_screen_only(ui, button).clicked() {
             out.push(Command::SaveCsv { name: "means", text: csv(round, &verdicts) });
         }
         reference_ui(ui, subject, out);
@@ -119,21 +120,22 @@ fn rows_ui(ui: &mut Ui, study: &mut Means, round: &Round, verdicts: &[Vec<Option
     let slots = round.slots.len().max(1) as f32;
     let height = (6.0 * slots).max(ui.text_style_height(&TextStyle::Body)) + GRID;
     let width = ui.available_width();
-    for (index, part) in cells.parts().enumerate() {
+    let chosen = study.part.part();
+    for (index, part) in round.parts.iter().copied().enumerate() {
         let (rect, response) = ui.allocate_exact_size(vec2(width, height), Sense::click());
         let worst = verdicts[index].iter().flatten().find(|verdict| verdict.is_biased());
         let spoken = worst.map_or_else(
             || verdicts[index].iter().flatten().next().map_or_else(|| "no mean yet".to_owned(), Verdict::words),
             Verdict::words,
         );
-        let name = part_name(cells, part);
+        let name = part_name(Some(cells), part);
         response.widget_info(|| {
-            egui::WidgetInfo::selected(Role::RadioButton, true, study.part == part, format!("{name}: {spoken}"))
+            egui::WidgetInfo::selected(Role::RadioButton, true, chosen == part, format!("{name}: {spoken}"))
         });
         if response.clicked() {
-            study.part = part;
+            study.part.set(part);
         }
-        if study.part == part || response.hovered() {
+        if chosen == part || response.hovered() {
             ui.painter().rect_filled(rect, GRID, ui.visuals().widgets.inactive.weak_bg_fill);
         }
         let (names, chart) = rect.split_left_right_at_fraction(0.42);
@@ -209,9 +211,9 @@ fn dots_ui(ui: &Ui, rect: Rect, round: &Round, part: usize, row: &[Option<Verdic
 }
 
 /// The numbers of one row, a line for each picture.
-fn slots_ui(ui: &mut Ui, study: &Means, round: &Round, row: &[Option<Verdict>], part: usize) {
+fn slots_ui(ui: &mut Ui, round: &Round, row: &[Option<Verdict>], part: usize) {
     let reference = &round.reference[part];
-    let name = part_name(&round.against.cells, study.part);
+    let name = part_name(Some(&round.against.cells), round.parts[part]);
     ui.label(format!("{name}: {} pixels, reference {}", reference.pixels, with_error(reference)));
     let inks = Inks::of(ui.visuals());
     egui::Grid::new("means of the row").num_columns(4).spacing([4.0 * GRID, 0.0]).show(ui, |ui| {
@@ -242,13 +244,13 @@ fn csv(round: &Round, verdicts: &[Vec<Option<Verdict>>]) -> String {
     let mut text = String::from(
         "part,pixels,picture,strategy,spp,cpu_seconds,reference,reference_error,mean,standard_error,p_corrected,efficiency\n",
     );
-    for ((part, row), reference) in round.against.cells.parts().zip(verdicts).zip(round.reference.iter()) {
+    for ((part, row), reference) in round.parts.iter().zip(verdicts).zip(round.reference.iter()) {
         for (number, (slot, verdict)) in round.slots.iter().zip(row).enumerate() {
             let (Some(slot), Some(Verdict { mean, p, blind: _ })) = (slot, verdict) else { continue };
             let optional = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
             text += &format!(
                 "{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                part_name(&round.against.cells, part),
+                part_name(Some(&round.against.cells), *part),
                 mean.pixels,
                 number + 1,
                 slot.estimator.strategy.name(),

@@ -6,6 +6,7 @@ pub mod curves_job;
 pub mod explain;
 pub mod grid;
 pub mod means;
+pub mod parts;
 pub mod plane;
 pub mod plane_job;
 pub mod plane_map;
@@ -13,7 +14,7 @@ pub mod plot;
 pub mod pyramid;
 pub mod tiles;
 
-use mislab_renderer::Pace;
+use mislab_renderer::{Pace, PixelRect};
 
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::live::LivePicture;
@@ -73,6 +74,8 @@ impl Studies {
 pub struct Subject<'a> {
     /// Scene and settings.
     pub document: &'a Document,
+    /// The part of the pictures that was dragged out, in pixels of the full image.
+    pub selected: Option<PixelRect>,
     /// A live picture for each slot of the document.
     pub pictures: &'a [LivePicture],
     /// What errors are measured against.

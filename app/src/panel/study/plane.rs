@@ -17,6 +17,7 @@ use crate::look::names::{heuristic_name, strategy_name, weights_name};
 use crate::look::theme::{GRID, Inks, strategy_fill};
 use crate::panel::hint::Hint as _;
 use crate::panel::widgets::{caption, title};
+use crate::picture::sheet::Recorder;
 use crate::state::command::Command;
 
 /// What is kept of it while it is open and after.
@@ -73,7 +74,8 @@ pub fn plane_ui(ui: &mut Ui, study: &mut Plane, subject: &Subject<'_>, _out: &mu
         return;
     }
     let chosen = chosen.min(found.dots.len() - 1);
-    chooser_ui(ui, study, &found, chosen);
+    // The caption says whose distances they are.
+    Recorder::on_screen_only(ui, |ui| chooser_ui(ui, study, &found, chosen));
     let area = ui.available_rect_before_wrap();
     let small = ui.text_style_height(&TextStyle::Small);
     let plan = Plan::new(area, small, ui.spacing().interact_size.y);

@@ -1,6 +1,6 @@
 //! A plot with logarithmic axes: where a value is on screen, decades and their labels, bands and lines.
 
-use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, TextStyle, Ui, pos2};
+use eframe::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, TextStyle, Ui, pos2, vec2};
 
 use crate::look::theme::GRID;
 
@@ -29,7 +29,7 @@ impl Axes {
         [between((at.x - min.x) / (max.x - min.x), self.x), between((max.y - at.y) / (max.y - min.y), self.y)]
     }
 
-    /// Decades with their labels, and thin lines at 2 and 5 where there are few of them.
+    /// Decades with their labels, thin lines at 2 and 5 where there are few of them, and what the axes are.
     pub fn grid_ui(&self, ui: &Ui, names: [&str; 2]) {
         let painter = ui.painter();
         let font = TextStyle::Small.resolve(ui.style());
@@ -65,14 +65,22 @@ impl Axes {
                 }
             }
         }
-        self.names(painter, names, &font, ui.visuals().text_color());
+        // Outside the plot, where no curve goes.
+        let [x, y] = names;
+        let ink = ui.visuals().text_color();
+        let under =
+            pos2(self.rect.center().x, self.rect.bottom() + 0.5 * GRID + ui.text_style_height(&TextStyle::Small));
+        painter.text(under, Align2::CENTER_TOP, x, font.clone(), ink);
+        painter.text(self.rect.left_top() - vec2(0.0, 0.5 * GRID), Align2::LEFT_BOTTOM, y, font, ink);
     }
 
-    /// What the axes are, in the corners of the plot.
-    fn names(&self, painter: &Painter, [x, y]: [&str; 2], font: &FontId, ink: Color32) {
-        let inner = self.rect.shrink(1.5 * GRID);
-        painter.text(inner.right_bottom(), Align2::RIGHT_BOTTOM, x, font.clone(), ink);
-        painter.text(inner.left_top(), Align2::LEFT_TOP, y, font.clone(), ink);
+    /// The axes within `room`, which holds their numbers and names, too; `widest` is so of the numbers at the left.
+    pub fn within(ui: &Ui, room: Rect, widest: &str, [x, y]: [[f64; 2]; 2]) -> Self {
+        let font = TextStyle::Small.resolve(ui.style());
+        let line = ui.text_style_height(&TextStyle::Small);
+        let left = ui.painter().layout_no_wrap(widest.to_owned(), font, Color32::WHITE).size().x + 2.0 * GRID;
+        let (over, under) = (vec2(left, line + 0.5 * GRID), vec2(2.0 * GRID, 2.0 * line + 0.5 * GRID));
+        Self { rect: Rect::from_min_max(room.min + over, room.max - under), x, y }
     }
 
     /// The area between two lines over the same x: pairs of a lower and an upper end.

@@ -13,6 +13,7 @@ use crate::panel::widgets::{sheet_type, title};
 use crate::picture::engine::Engine;
 use crate::picture::legend::{Key, legend_overlay, legend_size, legend_ui};
 use crate::picture::live::LivePicture;
+use crate::picture::sheet::Recorder;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
 
@@ -136,7 +137,8 @@ fn unweighted_ui(ui: &mut Ui, strategy: Strategy, out: &mut Vec<Command>) {
         strategy_name(strategy)
     ));
     ui.add_space(2.0 * GRID);
-    if ui.button("Use MIS, both").hint("One direction from each technique, weighted and added (3).").clicked() {
+    let hint = "One direction from each technique, weighted and added (3).";
+    if Recorder::on_screen_only(ui, |ui| ui.button("Use MIS, both").hint(hint)).clicked() {
         out.push(Edit::SetStrategy(Strategy::MisAll).into());
     }
 }
@@ -170,7 +172,8 @@ impl Open {
     fn enlarged_ui(&mut self, ui: &mut Ui, index: usize, subject: &Subject<'_>) {
         let part = Part::ALL[index];
         ui.horizontal(|ui| {
-            if ui.button("Back").hint("All pictures again (Escape, or a click on the picture).").clicked() {
+            let hint = "All pictures again (Escape, or a click on the picture).";
+            if Recorder::on_screen_only(ui, |ui| ui.button("Back").hint(hint)).clicked() {
                 self.tiles.enlarged = None;
             }
             ui.colored_label(part.ink(ui), part.name());

@@ -1,0 +1,75 @@
+//! What each pixel is where it is black, found on a thread of its own.
+
+use std::sync::Arc;
+
+use eframe::egui::Context;
+use mislab_renderer::blind::{Dark, blind_materials, dark_pixels};
+use mislab_renderer::{Frame, Request};
+
+use crate::picture::background::Background;
+
+/// For each pixel of the full image what it is; `None` while that is not known.
+pub type Darks = Option<Arc<Vec<Dark>>>;
+
+/// What the pixels of one picture are, as far as that is known.
+pub struct DarkSpots {
+    background: Background<About, Arc<Vec<Dark>>>,
+    /// What was known last.
+    last: Option<(About, Arc<Vec<Dark>>)>,
+}
+
+/// Two of them are equal if all pixels are the same in both.
+#[derive(Clone)]
+struct About(Arc<Request>);
+
+impl About {
+    /// The same pixels of the same surfaces, which may have moved.
+    fn is_like(&self, Self(other): &Self) -> bool {
+        let Self(this) = self;
+        let blind = |request: &Request| blind_materials(&request.scene, &request.settings.estimator);
+        this.settings.image.resolution == other.settings.image.resolution && blind(this) == blind(other)
+    }
+}
+
+impl PartialEq for About {
+    fn eq(&self, other: &Self) -> bool {
+        // What is seen through the camera: roughness and radiance change nothing of it.
+        let (this, that) = (&self.0.scene, &other.0.scene);
+        let same_scene = Arc::ptr_eq(this, that) || (this.shapes == that.shapes && this.camera == that.camera);
+        Arc::ptr_eq(&self.0, &other.0) || (same_scene && self.is_like(other))
+    }
+}
+
+impl Default for DarkSpots {
+    fn default() -> Self {
+        Self { background: Background::new("dark spots"), last: None }
+    }
+}
+
+/// Those of pictures of one scene, whatever their strategies: with a mirror that cannot be sampled, and without.
+#[derive(Default)]
+pub struct SharedDarkSpots([DarkSpots; 2]);
+
+impl SharedDarkSpots {
+    /// As [`DarkSpots::of`].
+    pub fn of(&mut self, ctx: &Context, frame: &Frame) -> Darks {
+        let Request { scene, settings } = &**frame.request();
+        let Self([whole, blind]) = self;
+        let spots = if blind_materials(scene, &settings.estimator).is_empty() { whole } else { blind };
+        spots.of(ctx, frame)
+    }
+}
+
+impl DarkSpots {
+    /// Those of a frame. While they are not known nothing is marked or, where something has been moved, what was before; a pass is asked
+    /// for when they are.
+    pub fn of(&mut self, ctx: &Context, frame: &Frame) -> Darks {
+        let about = About(frame.request().clone());
+        // Without a thread nothing is marked; the caption says it all the same.
+        let found = self.background.of(ctx, about.clone(), |About(request), _| Some(Arc::new(dark_pixels(request))));
+        if let Some(found) = found {
+            self.last = Some((about.clone(), found));
+        }
+        self.last.as_ref().filter(|(last, _)| last.is_like(&about)).map(|(_, found)| found.clone())
+    }
+}
