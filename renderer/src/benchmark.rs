@@ -110,7 +110,7 @@ pub fn run(scene: &Arc<Scene>, seconds: f64, on_step: &mut dyn FnMut(&str)) -> R
     let [bare, whole] = [false, true].map(|layers| rate(best, &built, &settings, layers, share(0.04)));
     let layers_cost = bare / whole - 1.0;
     on_step("error and time of each sampler");
-    let efficiency = efficiency::efficiency(scene)?;
+    let efficiency = efficiency::efficiency(scene, share(0.003))?;
     Ok(Report { simd: best.name(), strategies, threads, first_frame_ms, cancel_ms, layers_cost, efficiency })
 }
 
