@@ -26,7 +26,7 @@ fn unusable_arguments_exit_with_2_and_say_what_is_expected() {
         ("render --strategy best", ["'best'", "light, bsdf, mis_all, mis"]),
         ("render --heuristic best", ["'best'", "balance, power, cutoff, maximum"]),
         ("render --weights best", ["'best'", "veach, tutorial"]),
-        ("render --sampler best", ["'best'", "stratified, independent, sobol"]),
+        ("render --sampler best", ["'best'", "stratified, lattice, sobol"]),
         ("render --spp 0", ["'0'", "from 1"]),
         ("render --spp -4", ["'-4'", "from 1"]),
         ("render --spp 1e3", ["'1e3'", "whole number"]),

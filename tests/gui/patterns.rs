@@ -12,7 +12,7 @@ fn lattices_are_chosen_like_other_samplers() {
     let mut lab = Lab::new();
     for (label, kind, strata) in [
         ("Sampler: Lattice", SamplerKind::Lattice, false),
-        ("Sampler: Padded stratified", SamplerKind::PaddedStratified, true),
+        ("Sampler: Padded strata", SamplerKind::PaddedStratified, true),
         ("Sampler: Stratified", SamplerKind::Stratified, true),
         ("Sampler: Lattice", SamplerKind::Lattice, false),
     ] {

@@ -56,7 +56,7 @@ pub fn sampler_name(kind: SamplerKind) -> &'static str {
         SamplerKind::Lattice => "Lattice",
         SamplerKind::Sobol => "Sobol",
         SamplerKind::Independent => "Random",
-        SamplerKind::PaddedStratified => "Padded stratified",
+        SamplerKind::PaddedStratified => "Padded strata",
         SamplerKind::PaddedSobol => "Padded Sobol",
     }
 }

@@ -39,7 +39,7 @@ pub fn hatch(dark: bool) -> [Color32; 2] {
 
 /// The same in the picture of a quantity: black is nothing in colours, and dark what has no light yet.
 pub fn hatch_of(quantity: Quantity, dark: bool) -> [Color32; 2] {
-    if LayerLook::of(quantity).is_colour() { [Color32::BLACK, Color32::from_gray(64)] } else { hatch(dark) }
+    if LayerLook::of(quantity).is_colour() { [Color32::BLACK, Color32::from_gray(40)] } else { hatch(dark) }
 }
 
 /// A number that cannot be: infinite, negative where nothing negative exists, or NaN in a colour.
