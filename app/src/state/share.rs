@@ -10,7 +10,7 @@ use mislab_renderer::Spent;
 
 /// Share of the processor time that drawing may take while pictures are rendered: a fifth, less what rendering loses to it
 /// in caches and in passes that end for a frame.
-const SHARE: f64 = 0.16;
+const SHARE: f64 = 0.14;
 /// After input or a change nothing is slowed for so long.
 const FRESH: Duration = Duration::from_secs(1);
 /// The longest time between two passes: something else may have taken the processor time.
@@ -145,15 +145,15 @@ mod tests {
     #[test]
     fn cheap_passes_are_as_many_as_are_asked_for() {
         let passes = Window::new(8, 8.0).run(0.0, 10.0, 0.004).len();
-        assert!((299..=301).contains(&passes), "{passes} in ten seconds");
+        assert!((296..=301).contains(&passes), "{passes} in ten seconds");
     }
 
     #[test]
     fn where_nothing_is_rendered_the_whole_machine_is_there() {
         // All that the process does is to draw.
         let mut window = Window::new(8, 0.0);
-        let passes = window.run(0.0, 10.0, 0.04).len();
-        assert!(passes >= 298, "{passes} in ten seconds take no more than a share of eight cores");
+        let passes = window.run(0.0, 10.0, 0.03).len();
+        assert!(passes >= 296, "{passes} in ten seconds take no more than a share of eight cores");
     }
 
     #[test]
@@ -166,7 +166,7 @@ mod tests {
         assert!(fresh.len() >= 29, "{} in the first second", fresh.len());
         let after = window.run(11.0, 21.0, 0.05);
         assert!(after[1] - after[0] < 0.2, "a stall of {} s", after[1] - after[0]);
-        assert!((58..=70).contains(&after.len()), "{} in the ten after", after.len());
+        assert!((52..=62).contains(&after.len()), "{} in the ten after", after.len());
     }
 
     #[test]
