@@ -20,8 +20,8 @@ use crate::frame::Frame;
 const BELOW_WINDOW: u8 = 37;
 /// Nice 13: an eighth of the time beside a live picture.
 const BELOW_PICTURES: u8 = 15;
-/// Nice 17: a sixteenth of one core beside a live picture.
-const ASIDE: u8 = 5;
+/// Nice 15: a tenth of one core beside a live picture.
+const ASIDE: u8 = 10;
 
 /// Worker threads and the pictures they work on. Dropping it cancels and joins them.
 pub struct Renderer {

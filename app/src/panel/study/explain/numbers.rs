@@ -164,7 +164,7 @@ fn rows(place: &Place, subject: &Subject<'_>) -> [Row; 4] {
 
 /// Draws them.
 pub fn numbers_ui(ui: &mut Ui, numbers: &mut Numbers, tables: &Arc<PixelTables>, place: &Place, subject: &Subject<'_>) {
-    ScrollArea::both().id_salt("numbers").auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().id_salt("numbers").auto_shrink(false).show(ui, |ui| {
         facts_ui(ui, &tables.facts);
         let rows = rows(place, subject);
         let exact = numbers.exact(ui.ctx(), tables, rows.each_ref().map(|row| row.estimator));
@@ -172,7 +172,8 @@ pub fn numbers_ui(ui: &mut Ui, numbers: &mut Numbers, tables: &Arc<PixelTables>,
         ui.label(format!("Exact luminance of the pixel: {}", short(tables.truth)))
             .hint("The integral of f over all directions, averaged over the pixel, plus what it emits: no samples.");
         ui.add_space(GRID);
-        table_ui(ui, tables, &rows, exact.as_ref());
+        // In a hall it is wider than the column.
+        ScrollArea::horizontal().id_salt("table").show(ui, |ui| table_ui(ui, tables, &rows, exact.as_ref()));
         ui.add_space(2.0 * GRID);
         caption(ui, how(tables));
         caption(ui, "\u{3c3}: standard deviation of one sample's luminance. Per ray: times \u{221a}2 for two rays. Mean \u{b1} standard \
