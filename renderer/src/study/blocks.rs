@@ -57,6 +57,9 @@ impl Blocks {
 
 /// The rectangle of all blocks of a picture of `bounds` that touch `rect`, both in pixels of the full image; `None` if none does.
 pub fn whole_blocks(rect: PixelRect, bounds: PixelRect) -> Option<PixelRect> {
+    if (0..2).any(|axis| rect.min[axis] >= bounds.max[axis] || rect.max[axis] <= bounds.min[axis]) {
+        return None;
+    }
     let ends = [0, 1].map(|axis| {
         let (blocks, from) = (range(rect, bounds, axis), bounds.min[axis]);
         let end = |block: u32| (from + block * side(bounds)).min(bounds.max[axis]);
