@@ -103,7 +103,7 @@ impl SaveJob {
     }
 
     /// The files by extension, and what is to be known about them.
-    fn encode(self) -> Result<(Vec<(&'static str, Vec<u8>)>, Option<String>), Error> {
+    fn encode(self) -> Result<(Vec<FileBytes>, Option<String>), Error> {
         let Self { frame, view, dark, png, folder: _, create: _, name: _ } = self;
         let options = SaveOptions { view: serde_json::to_string(&view).ok(), ..SaveOptions::default() };
         let png = png
@@ -121,6 +121,9 @@ impl SaveJob {
         Ok((files, notice))
     }
 }
+
+/// A file by its extension.
+type FileBytes = (&'static str, Vec<u8>);
 
 /// Writes files that belong together under one name, `name.ext`, or `name_2.ext`, `name_3.ext` ...: the first one that is
 /// free for all of them, also if another program takes names meanwhile. Returns the path of the first.

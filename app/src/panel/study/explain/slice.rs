@@ -173,7 +173,7 @@ fn head_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, light: &LightSeen)
             accent: None,
             zero_text: "",
             explain: &|ui| {
-                drop(ui.label("Turns the circle about the mirror direction: at 0 it passes through the light."))
+                ui.label("Turns the circle about the mirror direction: at 0 it passes through the light.");
             },
         };
         if let Some(turn) = turn.show(ui).changed {
