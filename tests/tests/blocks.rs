@@ -11,7 +11,7 @@ use mislab_renderer::{
 
 #[test]
 fn a_rectangle_of_blocks_has_the_errors_of_its_pixels() {
-    let image = ImageSettings { resolution: [60, 50], crop: [0.1, 0.93, 0.2, 1.0], ..ImageSettings::default() };
+    let image = ImageSettings { resolution: [60, 50], crop: [0.1, 0.93, 0.2, 1.0] };
     let scene = Arc::new(pbrt::embedded_scene().scene);
     let mut against: Option<Arc<Against>> = None;
     grow(&scene, image, [1, 128], 1, &mut |news| {
