@@ -143,6 +143,8 @@ impl Pane {
         let content = on.live.content();
         let unit = document.view.variance_unit;
         let dark = match &content {
+            // Of a technique that is never drawn nothing will be hit: the pane says that.
+            Some(Content::Frame(frame)) if not_drawn(layer, &frame.request().settings.estimator).is_some() => None,
             // What was kept may be of another scene.
             Some(Content::Frame(frame)) if on.live.held().is_some() => self.dark.of(ui.ctx(), frame),
             Some(Content::Frame(frame)) => common.dark.of(ui.ctx(), frame),
