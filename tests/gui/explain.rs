@@ -156,6 +156,22 @@ fn the_slice_shows_what_is_asked_for() {
 }
 
 #[test]
+fn the_sphere_reads_the_direction_under_the_mouse() {
+    let mut lab = Lab::explained();
+    lab.part("Sphere", "Directions of the pixel");
+    lab.until("its rim", |lab| lab.has("Rim: 90.0\u{b0} from the normal"));
+    lab.click("Part: The lobe and light2");
+    lab.until("the lobe", |lab| lab.has("from the mirror direction; distances"));
+    lab.click("Image: w_L");
+    let disc = lab.rect("Directions of the pixel");
+    lab.rest_on(disc.center());
+    // The pixel was chosen so that the mirror direction hits the light.
+    lab.until("the middle", |lab| lab.has("\u{b0}, light2: f "));
+    lab.rest_on(disc.left_center() + vec2(2.0, 0.0));
+    assert!(!lab.has(": f "), "beside the disc there is no direction");
+}
+
+#[test]
 fn the_marker_on_the_curve_is_c() {
     let mut lab = Lab::explained();
     lab.part("Best c", "Use c ");

@@ -3,6 +3,8 @@
 mod axis;
 mod circle;
 mod curves;
+mod dome;
+mod dome_ui;
 mod first;
 mod number;
 mod numbers;
@@ -20,6 +22,7 @@ mod trace;
 
 use eframe::egui::{Context, Key, Modifiers, Ui};
 
+use self::dome_ui::{Hemisphere, dome_ui};
 use self::first::FirstPixel;
 use self::numbers::{Numbers, numbers_ui};
 use self::over_c::OverCJob;
@@ -44,18 +47,20 @@ enum Tab {
     #[default]
     Numbers,
     Slice,
+    Dome,
     OverC,
     Sample,
     Sketch,
 }
 
 impl Tab {
-    const ALL: [Self; 5] = [Self::Numbers, Self::Slice, Self::OverC, Self::Sample, Self::Sketch];
+    const ALL: [Self; 6] = [Self::Numbers, Self::Slice, Self::Dome, Self::OverC, Self::Sample, Self::Sketch];
 
     fn name(self) -> &'static str {
         match self {
             Self::Numbers => "Numbers",
             Self::Slice => "Slice",
+            Self::Dome => "Sphere",
             Self::OverC => "Best c",
             Self::Sample => "Sample",
             Self::Sketch => "Sketch",
@@ -66,6 +71,7 @@ impl Tab {
         match self {
             Self::Numbers => "Exact mean and standard deviation of every strategy, beside what was measured.",
             Self::Slice => "f, the densities and the weights along a great circle of directions.",
+            Self::Dome => "The same over all directions of the hemisphere, with lights and samples.",
             Self::OverC => "The exact variance of the one-sample model over c, and where it is least.",
             Self::Sample => "One sample after the other: the formula with its numbers.",
             Self::Sketch => "Eye ray, plate, lobe, lights and the last rays in the plane of incidence.",
@@ -86,6 +92,7 @@ pub struct Explain {
     tables: TablesJob,
     numbers: Numbers,
     slice: Slice,
+    dome: Hemisphere,
     samples: SamplesJob,
     over_c: OverCJob,
     sample: Sample,
@@ -115,6 +122,7 @@ impl Explain {
         self.tables.rest();
         self.numbers.rest();
         self.slice.rest();
+        self.dome.rest();
         self.samples.rest();
         self.over_c.rest();
     }
@@ -182,6 +190,7 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
     match study.tab {
         Tab::Numbers => {}
         Tab::Slice => slice_ui(ui, &mut study.slice, &shown, out),
+        Tab::Dome => dome_ui(ui, &mut study.dome, &shown),
         Tab::OverC => match study.over_c.of(ui.ctx(), &tables, estimator.heuristic) {
             Some(over_c) => over_c_ui(ui, &over_c, &shown, subject, out),
             None => drop(caption(ui, "Working \u{2026}")),

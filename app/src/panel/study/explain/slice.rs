@@ -112,8 +112,8 @@ pub fn slice_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, out: &mut Vec
     caption(ui, words);
 }
 
-/// What there is at an angle.
-fn words(angle: f64, seen: &Direction, shown: &Shown<'_>) -> String {
+/// What there is at an angle from the mirror direction.
+pub fn words(angle: f64, seen: &Direction, shown: &Shown<'_>) -> String {
     let name =
         |shape: usize| shown.surface.lights.iter().find(|light| light.shape == shape).map(|light| light.name.as_str());
     let hit = seen.hit.filter(|_| seen.visible).and_then(|hit| name(hit.shape)).unwrap_or("no light");

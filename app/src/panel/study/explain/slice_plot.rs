@@ -329,7 +329,7 @@ fn samples_ui(ui: &Ui, drawing: &Drawing<'_>, plan: &Plan, axes: &Axes) {
 }
 
 /// A sample: filled as far as it adds something, else a hollow point.
-fn dot(painter: &Painter, at: egui::Pos2, technique: Technique, radius: f32, ink: Color32) {
+pub fn dot(painter: &Painter, at: egui::Pos2, technique: Technique, radius: f32, ink: Color32) {
     let (fill, edge) =
         if radius > 0.0 { (ink.gamma_multiply(0.7), ink) } else { (Color32::TRANSPARENT, ink.gamma_multiply(0.7)) };
     let (radius, stroke) = (radius.max(2.0), Stroke::new(1.0, edge));
