@@ -103,7 +103,7 @@ pub fn dome_ui(ui: &mut Ui, state: &mut Hemisphere, shown: &Shown<'_>) {
     let name = light.map_or_else(|| "The lobe".to_owned(), |light| format!("The lobe and {}", light.name));
     let parts = [(true, "All directions"), (false, name.as_str())];
     let hint = |ui: &mut Ui, _: bool| {
-        drop(ui.label("How much is shown: the hemisphere, or what is about the mirror direction."))
+        ui.label("How much is shown: the hemisphere, or what is about the mirror direction.");
     };
     if let Some(whole) = segmented(ui, "Part", state.whole, &parts, true, &hint) {
         state.whole = whole;
