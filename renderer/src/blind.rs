@@ -13,9 +13,11 @@ pub fn blind_materials(scene: &Scene, estimator: &Estimator) -> Vec<usize> {
         Strategy::Mis => estimator.light_prob == 1.0,
         Strategy::Bsdf | Strategy::MisAll => false,
     };
-    if !only_light {
-        return Vec::new();
-    }
+    if only_light { mirrors(scene) } else { Vec::new() }
+}
+
+/// The materials in use that are mirrors, by index.
+pub fn mirrors(scene: &Scene) -> Vec<usize> {
     let in_use = |index: usize| scene.shapes.iter().any(|shape| shape.material == Some(index));
     let is_mirror = |index: usize| scene.materials[index].bsdf.alpha().is_some_and(|alpha| alpha < MIRROR_ALPHA);
     (0..scene.materials.len()).filter(|&index| is_mirror(index) && in_use(index)).collect()
@@ -36,7 +38,7 @@ pub fn why_blind(scene: &Scene, estimator: &Estimator) -> Option<String> {
 /// What it says of a pixel that it is black.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dark {
-    /// There is no surface that could reflect anything: it is black.
+    /// It is black: there is no surface that could reflect anything, or a mirror whose one direction shows no light.
     Empty,
     /// No sample has hit a light yet.
     Unhit,
@@ -49,11 +51,12 @@ pub fn dark_pixels(request: &Request) -> Vec<Dark> {
     let (scene, resolution) = (&request.scene, request.settings.image.resolution);
     let of_surface = |shows| if shows { Dark::Unhit } else { Dark::Empty };
     let mut pixels: Vec<Dark> = shows_surface(scene, resolution).into_iter().map(of_surface).collect();
-    let blind = blind_materials(scene, &request.settings.estimator);
-    if !blind.is_empty() {
+    let mirrors = mirrors(scene);
+    if !mirrors.is_empty() {
+        let blind = !blind_materials(scene, &request.settings.estimator).is_empty();
         for (pixel, material) in pixels.iter_mut().zip(visible_materials(scene, resolution)) {
-            if material.is_some_and(|index| blind.contains(&index)) {
-                *pixel = Dark::Blind;
+            if material.is_some_and(|index| mirrors.contains(&index)) {
+                *pixel = if blind { Dark::Blind } else { Dark::Empty };
             }
         }
     }
@@ -106,7 +109,7 @@ mod tests {
         let [empty, unhit, blind] = counts(&request);
         assert!(empty > 0 && unhit > 1000 && blind > 50, "lights, surfaces and a mirror: {empty}, {unhit}, {blind}");
         request.settings.estimator.strategy = Strategy::MisAll;
-        assert_eq!(counts(&request), [empty, unhit + blind, 0], "BSDF samples meet the mirror's direction");
+        assert_eq!(counts(&request), [empty + blind, unhit, 0], "BSDF samples see what the mirror shows");
         let about = DMat4::from_rotation_y(std::f64::consts::PI);
         Arc::make_mut(&mut request.scene).camera.world_from_camera *= about;
         assert_eq!(counts(&request), [80 * 80, 0, 0], "behind the camera there is nothing");

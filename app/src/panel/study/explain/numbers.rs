@@ -218,7 +218,7 @@ fn highlight_words(surface: &Surface) -> String {
 /// `exact`: as far as it is known.
 fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: Option<&[Exact; 4]>) {
     let inks = Inks::of(ui.visuals());
-    Grid::new("exact and measured").num_columns(6).spacing(vec2(3.0 * GRID, GRID)).show(ui, |ui| {
+    Grid::new("exact and measured").num_columns(6).spacing(vec2(2.0 * GRID, GRID)).show(ui, |ui| {
         for (head, what) in [
             ("", ""),
             ("\u{3c3} exact", "Standard deviation of the luminance of one sample, by quadrature: \u{221a}(E Y\u{b2} \u{2212} (E Y)\u{b2})."),
