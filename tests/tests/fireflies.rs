@@ -80,7 +80,7 @@ impl Picture {
                     }
                 }
                 let (index, value) = brightest;
-                if value > 0.0 && value * value >= 0.5 * squares {
+                if value > 0.0 && value * value > 0.500_001 * squares {
                     all.push(([x, y], index, value));
                 }
             }

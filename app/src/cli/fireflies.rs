@@ -104,7 +104,7 @@ struct Report<'a> {
     complete: bool,
 }
 
-/// A sample whose secondary ray has at least half of the sum of squares of its pixel.
+/// A sample whose secondary ray has more than half of the sum of squares of its pixel.
 #[derive(Serialize)]
 struct Line {
     pixel: [u32; 2],

@@ -14,7 +14,11 @@ use super::replay::replay;
 use super::suspects::Suspect;
 use super::weights::weighted;
 
-/// A sample that outweighs all others of its pixel: its secondary ray has at least half of the pixel's sum of squares.
+/// A half, and what rounding may add to it.
+const MORE_THAN_HALF: f64 = 0.500_001;
+
+/// A sample that outweighs all others of its pixel: its secondary ray has more than half of the pixel's sum of squares
+/// (two equal ones have a half each, and rounding decides nothing).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlier {
     /// Column and row in the full image.
@@ -174,7 +178,7 @@ fn examine(search: &Search<'_>, suspect: &Suspect) -> Examined {
             }
         }
     }
-    let found = brightest.filter(|found| found.value > 0.0 && found.value * found.value >= 0.5 * squares);
+    let found = brightest.filter(|found| found.value > 0.0 && found.value * found.value > MORE_THAN_HALF * squares);
     Examined { found, different: (sum - suspect.sum).abs() > SAME * suspect.sum }
 }
 
