@@ -219,9 +219,7 @@ fn choices_leave_the_place_in_their_part() {
 /// Of N = n m samples every light, technique and lobe gets its share, to one sample.
 #[test]
 fn choices_are_as_even_as_can_be() {
-    for (settings, count) in
-        [(SOBOL, 64), (LATTICE, 64), (LATTICE, 1024), (strata([6, 6], true), 36), (strata([7, 5], true), 35)]
-    {
+    for (settings, count) in [(LATTICE, 64), (LATTICE, 1024), (strata([6, 6], true), 36), (strata([7, 5], true), 35)] {
         for pixel in 0..20 {
             let mut sampler = at(&settings, Strategy::Mis, 6, pixel, 0);
             let drawn: Vec<_> = (0..count).map(|i| once::draw(&mut sampler, i)).collect();
