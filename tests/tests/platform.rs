@@ -3,8 +3,9 @@
 use std::path::Path;
 
 /// Where it may: files, the window's surroundings and signals, and what Windows starts by a double click.
-const PLACES: [&str; 4] = [
+const PLACES: [&str; 5] = [
     "renderer/src/platform.rs",
+    "app/src/files/room.rs",
     "app/src/launch/mod.rs",
     "app/src/launch/surroundings.rs",
     "app/src/bin/mislab-window.rs",
