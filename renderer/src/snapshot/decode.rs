@@ -310,3 +310,27 @@ fn sampler_of_format_1(name: &str) -> Option<&'static str> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mislab_kernel::request::SamplerKind;
+
+    use super::*;
+
+    #[test]
+    fn a_name_of_format_1_means_the_pattern_it_meant_then() {
+        use SamplerKind::{Independent, Lattice, PaddedSobol, PaddedStratified, Sobol, Stratified};
+        for (name, then, now) in [
+            ("stratified", PaddedStratified, Some(Stratified)),
+            ("sobol", PaddedSobol, Some(Sobol)),
+            ("strata_lattice", Stratified, None),
+            ("lattice", Lattice, Some(Lattice)),
+            ("independent", Independent, Some(Independent)),
+        ] {
+            let json = serde_json::to_string(&Settings::default()).expect("settings can be written");
+            let json = json.replace("\"stratified\"", &format!("\"{name}\""));
+            let kind = |format| read_settings(&json, format).ok().map(|settings| settings.sampling.sampler.kind);
+            assert_eq!([kind(1), kind(2)], [Some(then), now], "{name}");
+        }
+    }
+}
