@@ -8,7 +8,7 @@ use mislab_renderer::{SamplerKind, pbrt};
 
 use super::args::BenchArgs;
 use super::failure::Failure;
-use super::output::{self, Destination};
+use super::output;
 
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     if let Some(json) = &args.json {
@@ -20,14 +20,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
             output::message(&format!("measuring: {step}"));
         }
     })?;
-    match &args.json {
-        Some(json @ Destination::StandardOutput) => json.write(&report),
-        Some(json @ Destination::File(_)) => {
-            output::print(&text(&report))?;
-            json.write(&report)
-        }
-        None => output::print(&text(&report)),
-    }
+    output::report(args.json.as_ref(), &report, &text(&report))
 }
 
 fn text(report: &Report) -> String {

@@ -14,7 +14,7 @@ use serde::Serialize;
 use super::args::{FirefliesArgs, HowArgs};
 use super::failure::Failure;
 use super::input::Input;
-use super::output::{self, Destination, technique_name};
+use super::output::{self, technique_name};
 use super::progress::Bar;
 
 /// Most samples that are drawn again: about a minute's.
@@ -51,14 +51,7 @@ pub(super) fn run(args: &FirefliesArgs) -> Result<(), Failure> {
         ));
     }
     let report = Report::new(&input.source, &request.settings, spp, &found);
-    match &args.json {
-        Some(json @ Destination::StandardOutput) => json.write(&report),
-        Some(json @ Destination::File(_)) => {
-            output::print(&report.text())?;
-            json.write(&report)
-        }
-        None => output::print(&report.text()),
-    }
+    output::report(args.json.as_ref(), &report, &report.text())
 }
 
 /// From the layers of a picture of ours; nothing is rendered.

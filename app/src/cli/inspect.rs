@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::args::InspectArgs;
 use super::failure::Failure;
 use super::input::Input;
-use super::output::{self, Destination};
+use super::output;
 use super::render::{request, with_samples};
 
 /// Steps of the curve over c.
@@ -38,14 +38,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<(), Failure> {
         Seen::Surface(point) => point,
     };
     let report = Report::new(&input.source, pixel, &scene, &settings.estimator, &point);
-    match &args.json {
-        Some(json @ Destination::StandardOutput) => json.write(&report),
-        Some(json @ Destination::File(_)) => {
-            output::print(&report.text())?;
-            json.write(&report)
-        }
-        None => output::print(&report.text()),
-    }
+    output::report(args.json.as_ref(), &report, &report.text())
 }
 
 /// The object of `--json`. Its keys are an interface.

@@ -83,6 +83,14 @@ impl Destination {
     }
 }
 
+/// Prints a report as text and writes it as JSON where that is asked for; to standard output in place of the text.
+pub(super) fn report(json: Option<&Destination>, report: &impl serde::Serialize, text: &str) -> Result<(), Failure> {
+    if json.is_none_or(|json| matches!(json, Destination::File(_))) {
+        print(text)?;
+    }
+    json.map_or(Ok(()), |json| json.write(report))
+}
+
 /// A file to save a picture in, of a kind we write.
 #[derive(Clone, Debug)]
 pub(super) struct PictureFile {

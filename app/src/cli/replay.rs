@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::args::ReplayArgs;
 use super::failure::Failure;
 use super::input::Input;
-use super::output::{self, Destination, technique_name};
+use super::output::{self, technique_name};
 use super::render::{request, with_samples};
 
 pub(super) fn run(args: &ReplayArgs) -> Result<(), Failure> {
@@ -30,14 +30,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let built = BuiltScene::new(&scene, &settings).map_err(Error::from)?;
     let sample = replay(Lanewise::best(), &built, &settings, pixel, args.index);
     let report = Report::new(&input.source, pixel, args.index, &settings, &sample);
-    match &args.json {
-        Some(json @ Destination::StandardOutput) => json.write(&report),
-        Some(json @ Destination::File(_)) => {
-            output::print(&report.text())?;
-            json.write(&report)
-        }
-        None => output::print(&report.text()),
-    }
+    output::report(args.json.as_ref(), &report, &report.text())
 }
 
 /// The object of `--json`. Its keys are an interface.

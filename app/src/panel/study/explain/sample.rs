@@ -138,7 +138,7 @@ fn ray_ui(ui: &mut Ui, shown: &Shown<'_>, estimator: &Estimator, sample: &Replay
          p_L is one density over all lights: 1/n times that of the light in this direction.",
     );
     if !ray.lit {
-        ui.label("It meets no light: f is 0, and the sample adds 0.");
+        ui.label("It hits no light: f is 0, and the sample adds 0.");
         return;
     }
     for line in formulas(estimator, ray, &symbols, own) {

@@ -117,7 +117,7 @@ fn strips_ui(ui: &Ui, plan: &Plan) {
         (
             plan.lights,
             "lights",
-            "Where the circle meets lights. Drag the edge of the chosen one: its radius, at the same power.",
+            "Where the circle crosses lights. Drag the edge of the chosen one: its radius, at the same power.",
         ),
         (
             plan.lobe,
