@@ -15,11 +15,18 @@ pub struct Draws<L: Lanes> {
 }
 
 impl<L: Lanes> Draws<L> {
-    /// For the dimensions that are wanted.
+    /// For the dimensions that are wanted, as where one light is.
     #[inline(always)]
     pub fn new(l: L, settings: &SamplerSettings, wanted: [bool; Dimension::ALL.len()]) -> Self {
+        Self::among(l, settings, wanted, 1)
+    }
+
+    /// For the dimensions that are wanted, where so many lights are.
+    #[inline(always)]
+    pub fn among(l: L, settings: &SamplerSettings, wanted: [bool; Dimension::ALL.len()], lights: usize) -> Self {
         let techniques = wanted[Dimension::Technique as usize];
-        Self { l, sampler: Sampler::new(settings, wanted), pixels: Pixels::new(l, l.u(0)), patch: 0, techniques }
+        let sampler = Sampler::new(settings, wanted, lights);
+        Self { l, sampler, pixels: Pixels::new(l, l.u(0)), patch: 0, techniques }
     }
 
     /// For what the strategy asks for, where there are several lights and surfaces of two lobes.

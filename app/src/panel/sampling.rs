@@ -43,7 +43,7 @@ pub fn samples_ui(ui: &mut Ui, document: &Document, out: &mut Vec<Command>) {
     // Two rows: those with a number for each choice, those with one for all.
     for row in samplers.chunk_by(|(a, _), (b, _)| a.is_nested() == b.is_nested()) {
         let picked =
-            segmented(ui, "Sampler", sampling.sampler.kind, row, made, &|ui, kind| sampler_hint(ui, kind, sampling));
+            segmented(ui, "Sampler", sampling.sampler.kind, row, made, &|ui, kind| sampler_hint(ui, kind, document));
         out.extend(picked.map(|kind| Edit::SetSampler(kind).into()));
     }
     let reset = labelled(ui, "per pixel", LABEL, |ui| {
@@ -204,7 +204,8 @@ fn weights_hint(ui: &mut Ui, weights: OneSampleWeights) {
 }
 
 /// What a sampler is, with the points of a pixel.
-fn sampler_hint(ui: &mut Ui, kind: SamplerKind, sampling: &Sampling) {
+fn sampler_hint(ui: &mut Ui, kind: SamplerKind, document: &Document) {
+    let (sampling, lights) = (&document.sampling(), document.scene.light_shapes().count());
     let (what, file) = match kind {
         SamplerKind::Stratified => (
             "One sample in each cell of a grid, and one in each row and column of a grid as fine as there are samples. One \
@@ -235,7 +236,7 @@ fn sampler_hint(ui: &mut Ui, kind: SamplerKind, sampling: &Sampling) {
     let strata =
         if sampling.sampler.kind.has_strata() { sampling.sampler.strata } else { SamplerSettings::strata_for(count) };
     let sampling = Sampling { sampler: SamplerSettings { kind, strata, ..sampling.sampler }, ..*sampling };
-    points_ui(ui, &points(&sampling, [0, 0], count));
+    points_ui(ui, &points(&sampling, lights, [0, 0], count));
     let remark = format!("In a scene file: Sampler \"{file}\"; on the command line: {}", kind.name());
     hint::lines(ui, what, &[&remark]);
 }

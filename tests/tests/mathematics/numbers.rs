@@ -113,7 +113,7 @@ fn numbers_of_the_other_technique_are_left_alone() {
         let all = once::draw(&mut at(&settings, 5, 9), 4);
         for [light, bsdf] in [[true, true], [true, false], [false, true], [false, false]] {
             let asked = PerTechnique { light, bsdf };
-            let mut sampler = Sampler::new(&settings, ALL);
+            let mut sampler = Sampler::new(&settings, ALL, 1);
             let mut pixels = Pixels::new(Single, key(5, 9));
             sampler.start(4, 1);
             sampler.enter(Single, once::patch(3, 5, 9));
@@ -213,7 +213,7 @@ fn runs_hold_the_samples_that_come_alone() {
     let patch = once::patch(3, 5, 9);
     for settings in samplers().into_iter().chain([stratified([5, 8], true)]) {
         for (first, count) in [(0, 1), (0, 200), (13, 7), (35, 2), (40, 100), (1_000_003, 50)] {
-            let mut sampler = Sampler::new(&settings, ALL);
+            let mut sampler = Sampler::new(&settings, ALL, 1);
             let mut pixels = Pixels::new(Single, key(5, 9));
             let (mut next, last) = (first, first + count);
             while next < last {

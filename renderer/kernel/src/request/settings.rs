@@ -125,7 +125,8 @@ impl OneSampleWeights {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SamplerKind {
-    /// A lattice with one sample in each of n x m strata, and one in each of n m slots of either axis.
+    /// A lattice with one sample in each of n x m strata, and one in each of n m slots of either axis; of directions in
+    /// other strata, as many, where the lights then share out their columns evenly.
     Stratified,
     /// A lattice that grows: any number of samples is spread evenly.
     Lattice,

@@ -111,8 +111,8 @@ impl<L: Lanes> Pixels<L> {
 }
 
 impl Sampler {
-    /// A sampler for the dimensions that are wanted.
-    pub fn new(settings: &SamplerSettings, wanted: [bool; COUNT]) -> Self {
+    /// A sampler for the dimensions that are wanted, where there are so many lights.
+    pub fn new(settings: &SamplerSettings, wanted: [bool; COUNT], lights: usize) -> Self {
         let SamplerSettings { kind, strata, jitter } = *settings;
         let rows_and_columns = if kind == SamplerKind::Stratified { strata } else { [1; 2] };
         Self {
@@ -126,7 +126,7 @@ impl Sampler {
             strata: Strata::new(strata[0] * strata[1]),
             order: [[0; RUN + 1]; COUNT],
             lattice: Lattice::NOTHING,
-            strata_lattice: StrataLattice::new(rows_and_columns, jitter),
+            strata_lattice: StrataLattice::new(rows_and_columns, jitter, lights),
         }
     }
 
@@ -218,7 +218,7 @@ impl Sampler {
                 SamplerKind::Lattice => scramble(l, mix(l, keys ^ l.u(mix_one(0x2545_f491 ^ place as u32)))),
                 SamplerKind::Stratified => {
                     let key = mix(l, keys ^ l.u(round_key(self.round, place)));
-                    self.strata_lattice.turn(l, key, dimension == Dimension::Pixel)
+                    self.strata_lattice.turn(l, key, dimension)
                 }
             };
         }
@@ -351,8 +351,9 @@ impl<L: Lanes> Drawing<'_, L> {
             SamplerKind::Sobol | SamplerKind::PaddedSobol => sobol_1d(l, which.of(l, &sampler.reversed), own),
             SamplerKind::Lattice => lattice::shifted::<L>(which.of(l, &sampler.lattice.of(dimension)[0]), own[1]),
             SamplerKind::Stratified => {
-                let [column, slot] = sampler.strata_lattice.of(dimension).x();
-                sampler.strata_lattice.x(l, [which.of(l, column), which.of(l, slot)], own)
+                let cells = sampler.strata_lattice.of(dimension);
+                let [column, slot] = cells.parts_of_x();
+                cells.x(l, [which.of(l, column), which.of(l, slot)], own)
             }
         }
     }

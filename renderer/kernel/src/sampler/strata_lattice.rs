@@ -11,6 +11,9 @@
 //! the slots in a column, and y by random numbers of its own, which keeps all of that (the samples of a
 //! column are 1/m apart along y) and makes each sample uniform; in each round of N samples by others.
 //!
+//! A light takes its part of x (`numbers.rs`), and with it whole columns where they share out evenly among the lights. So that
+//! they do, the lattice of directions may have other cells than that of the position in the pixel ([`shared_out`]).
+//!
 //! Everything is counted in units of 2^-32, so that a rotation of the unit interval is one addition.
 
 use super::RUN;
@@ -23,111 +26,125 @@ use crate::lanes::{Lanes, Mask, Uint};
 /// What the pixels have in common: for a run of samples, where each is before any pixel rotates it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StrataLattice {
-    /// n columns and m rows.
-    strata: [u32; 2],
     /// Anywhere in its slots, or in the middle; the position in the pixel is then in the middle of its cell.
     jitter: bool,
+    orders: Orders,
+    pixel: Cells,
+    direction: Cells,
+}
+
+/// One of its two lattices, of the position in the pixel or of directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cells {
+    /// n columns and m rows.
+    strata: [u32; 2],
     columns: Golden,
     rows: Golden,
-    orders: Orders,
     /// Parts of the unit interval: n, m and N.
     column: Parts,
     row: Parts,
     slot: Parts,
-    /// Of the direction's numbers, and of the position in the pixel.
-    direction: Places,
-    pixel: Places,
-}
-
-/// By sample of a run, in units of 2^-32: where its column begins, how far its slot is from there, and y.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Places {
-    column: [u32; RUN + 1],
-    slot: [u32; RUN + 1],
+    /// By sample of a run, in units of 2^-32: where its column begins, how far its slot is from there, and y.
+    start: [u32; RUN + 1],
+    offset: [u32; RUN + 1],
     y: [u32; RUN + 1],
-}
-
-impl Places {
-    const NOTHING: Self = Self { column: [0; RUN + 1], slot: [0; RUN + 1], y: [0; RUN + 1] };
-
-    /// The tables of x: column and slot.
-    pub(super) fn x(&self) -> [&[u32; RUN + 1]; 2] {
-        [&self.column, &self.slot]
-    }
-
-    /// The table of y.
-    pub(super) fn y(&self) -> &[u32; RUN + 1] {
-        &self.y
-    }
 }
 
 /// How a pixel rotates the lattice, in units of 2^-32: the columns, with the place in a slot; the slots in a column; y, with
 /// the place in a slot there (one addition, [`super::lattice::shifted`]).
 pub(super) type Turn<L> = [<L as Lanes>::U; 3];
 
+/// The cells of directions where the pixel has these and there are so many lights: as many in all, in at most twice the columns
+/// so that the lights share them out evenly, if that can be: each light then has whole cells. With 6 x 6 and four lights, 12 x 3.
+fn shared_out([n, m]: [u32; 2], lights: usize) -> [u32; 2] {
+    let even = |columns: &u32| (n * m).is_multiple_of(*columns) && (*columns as usize).is_multiple_of(lights);
+    let columns = (n..=2 * n).find(even).unwrap_or(n);
+    [columns, n * m / columns]
+}
+
 impl StrataLattice {
-    pub(super) fn new(strata @ [n, m]: [u32; 2], jitter: bool) -> Self {
-        Self {
-            strata,
-            jitter,
-            columns: Golden::new(n),
-            rows: Golden::new(m),
-            orders: Orders::new(n * m),
-            column: Parts::new(n),
-            row: Parts::new(m),
-            slot: Parts::new(n * m),
-            direction: Places::NOTHING,
-            pixel: Places::NOTHING,
-        }
+    /// For n x m samples, and directions to one of so many lights.
+    pub(super) fn new(strata: [u32; 2], jitter: bool, lights: usize) -> Self {
+        let [pixel, direction] = [strata, shared_out(strata, lights)].map(Cells::new);
+        Self { jitter, orders: Orders::new(strata[0] * strata[1]), pixel, direction }
     }
 
-    /// Where the samples of the run are in a dimension.
+    /// The lattice of a dimension.
     #[inline(always)]
-    pub(super) fn of(&self, dimension: Dimension) -> &Places {
+    pub(super) fn of(&self, dimension: Dimension) -> &Cells {
         if dimension == Dimension::Pixel { &self.pixel } else { &self.direction }
     }
 
     /// Turns to the samples from `first` on, counted in their round.
     #[inline(always)]
     pub(super) fn start(&mut self, first: u32, length: u32) {
-        let [n, m] = self.strata;
-        let (column, row, slot) = (self.column, self.row, self.slot);
         for i in 0..length as usize {
             let [direction, pixel] = self.orders.place(first + i as u32);
-            for (places, k, in_cells) in
-                [(&mut self.direction, direction, false), (&mut self.pixel, pixel, !self.jitter)]
-            {
-                let (along_x, along_y) = (k / m, self.rows.place(k % m));
-                places.column[i] = column.start(along_x);
-                (places.slot[i], places.y[i]) = if in_cells {
-                    (0, row.start(along_y))
-                } else {
-                    (slot.start(k % m), slot.start(along_y * n + self.columns.place(along_x)))
-                };
-            }
+            self.direction.put(i, direction, false);
+            self.pixel.put(i, pixel, !self.jitter);
         }
     }
 
-    /// The rotation that the random bits of `key` name, for the position in a pixel or for a direction.
+    /// The rotation that the random bits of `key` name.
     #[inline(always)]
-    pub(super) fn turn<L: Lanes>(&self, l: L, key: L::U, of_pixel: bool) -> Turn<L> {
-        let [n, m] = self.strata;
+    pub(super) fn turn<L: Lanes>(&self, l: L, key: L::U, dimension: Dimension) -> Turn<L> {
+        let cells = self.of(dimension);
+        let [n, m] = cells.strata;
         let low = l.u(0xffff);
-        let (column, slot) = (self.column.random_start(l, key >> 16, n), key & low);
-        if of_pixel && !self.jitter {
-            let row = self.row.random_start(l, slot, m);
-            return [column + l.u(self.column.middle()), l.u(0), row + l.u(self.row.middle())];
+        let (column, slot) = (cells.column.random_start(l, key >> 16, n), key & low);
+        if dimension == Dimension::Pixel && !self.jitter {
+            let row = cells.row.random_start(l, slot, m);
+            return [column + l.u(cells.column.middle()), l.u(0), row + l.u(cells.row.middle())];
         }
-        let along_y = self.slot.random_start(l, mix(l, key + l.u(1)) >> 16, n * m);
-        let [mut in_x, mut in_y] = [l.u(self.slot.middle()); 2];
+        let along_y = cells.slot.random_start(l, mix(l, key + l.u(1)) >> 16, n * m);
+        let [mut in_x, mut in_y] = [l.u(cells.slot.middle()); 2];
         if self.jitter {
-            in_x = self.slot.within(l, mix(l, key + l.u(2)));
-            in_y = self.slot.within(l, mix(l, key + l.u(3)));
+            in_x = cells.slot.within(l, mix(l, key + l.u(2)));
+            in_y = cells.slot.within(l, mix(l, key + l.u(3)));
         }
-        [column + in_x, self.slot.random_start(l, slot, m), along_y + in_y]
+        [column + in_x, cells.slot.random_start(l, slot, m), along_y + in_y]
+    }
+}
+
+impl Cells {
+    fn new(strata @ [n, m]: [u32; 2]) -> Self {
+        Self {
+            strata,
+            columns: Golden::new(n),
+            rows: Golden::new(m),
+            column: Parts::new(n),
+            row: Parts::new(m),
+            slot: Parts::new(n * m),
+            start: [0; RUN + 1],
+            offset: [0; RUN + 1],
+            y: [0; RUN + 1],
+        }
     }
 
-    /// The first number of a pixel's sample: its column and its slot there, rotated.
+    /// Sample i of the run is number k of the lattice, in slots of its own or in the middle of its cell.
+    #[inline(always)]
+    fn put(&mut self, i: usize, k: u32, in_middle: bool) {
+        let [n, m] = self.strata;
+        let (along_x, along_y) = (k / m, self.rows.place(k % m));
+        self.start[i] = self.column.start(along_x);
+        (self.offset[i], self.y[i]) = if in_middle {
+            (0, self.row.start(along_y))
+        } else {
+            (self.slot.start(k % m), self.slot.start(along_y * n + self.columns.place(along_x)))
+        };
+    }
+
+    /// By sample of the run, the two parts of x, for [`Self::x`].
+    pub(super) fn parts_of_x(&self) -> [&[u32; RUN + 1]; 2] {
+        [&self.start, &self.offset]
+    }
+
+    /// By sample of the run, y.
+    pub(super) fn y(&self) -> &[u32; RUN + 1] {
+        &self.y
+    }
+
+    /// The first number of a pixel's sample, of whose column and slot there these are the places, rotated.
     #[inline(always)]
     pub(super) fn x<L: Lanes>(&self, l: L, [column, slot]: [L::U; 2], turn: &Turn<L>) -> L::F {
         let (slot, width) = (slot + turn[1], l.u(self.column.width - SLACK));

@@ -9,7 +9,7 @@ fn place(i: u32, n: u32, key: u32) -> u32 {
 }
 
 fn numbers(settings: &SamplerSettings, strategy: Strategy, key: u32, index: u32) -> Numbers<Single> {
-    let mut sampler = Sampler::new(settings, Dimension::wanted(strategy, true, true));
+    let mut sampler = Sampler::new(settings, Dimension::wanted(strategy, true, true), 1);
     sampler.start(index, 1);
     sampler.enter(Single, key);
     let mut numbers = sampler.nothing(Single);
