@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use eframe::egui;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup};
+use eframe::wgpu::Backends;
 
 use crate::app::{AppOptions, MisLabApp};
 use crate::files::kept;
@@ -45,16 +46,27 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
     allow_large_windows(&mut native.wgpu_options);
     let options = AppOptions { scene, threads: 0, meter: Meter::of_process(), prefs, prefs_file, remark };
     let created = Arc::new(AtomicBool::new(false));
-    let there = created.clone();
-    let create: eframe::AppCreator<'_> = Box::new(move |cc| {
-        there.store(true, Ordering::Relaxed);
-        #[cfg(unix)]
-        signals::close_window_on_signal(&cc.egui_ctx);
-        Ok(Box::new(MisLabApp::new(cc, options)))
-    });
     silence_panics_until(created.clone());
-    // A missing keyboard library panics inside the window library, instead of being an error.
-    let result = catch_unwind(AssertUnwindSafe(|| eframe::run_native("mislab", native, create)));
+    let open = |backends: Backends| {
+        let (there, options, mut native) = (created.clone(), options.clone(), native.clone());
+        if let WgpuSetup::CreateNew(setup) = &mut native.wgpu_options.wgpu_setup {
+            setup.instance_descriptor.backends = backends;
+        }
+        let create: eframe::AppCreator<'_> = Box::new(move |cc| {
+            there.store(true, Ordering::Relaxed);
+            #[cfg(unix)]
+            signals::close_window_on_signal(&cc.egui_ctx);
+            Ok(Box::new(MisLabApp::new(cc, options)))
+        });
+        // A missing keyboard library panics inside the window library, instead of being an error.
+        catch_unwind(AssertUnwindSafe(|| eframe::run_native("mislab", native, create)))
+    };
+    let mut backends = Backends::from_env().map_or_else(|| DRAWN_BY.to_vec(), |asked| vec![asked]).into_iter();
+    let mut result = open(backends.next().unwrap_or_default());
+    while matches!(result, Ok(Err(eframe::Error::Wgpu(_)))) && !created.load(Ordering::Relaxed) {
+        let Some(next) = backends.next() else { break };
+        result = open(next);
+    }
     // What libraries say names their own source files and, of adapters, empty lists.
     let reason = match result {
         Ok(Ok(())) => return Ok(()),
@@ -74,6 +86,10 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
     };
     Err(NoWindow { reason })
 }
+
+/// What draws, in the order tried: what the toolkit prefers of all there is, then each that is found on more than one system, by
+/// itself. A driver may offer a device and then not make it, as wine does for Direct3D 12.
+const DRAWN_BY: [Backends; 3] = [Backends::PRIMARY.union(Backends::GL), Backends::VULKAN, Backends::GL];
 
 /// What window and task bar show; nothing if it cannot be decoded.
 fn icon() -> egui::IconData {
