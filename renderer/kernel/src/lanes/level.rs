@@ -1,12 +1,14 @@
 //! Which lanes a task runs in: the vector levels of this machine, and one lane.
 
+#[cfg(target_arch = "x86_64")]
+use super::Simd;
 #[cfg(all(target_arch = "x86_64", not(one_lane)))]
 use super::Twice;
 #[cfg(not(one_lane))]
 use super::Wide;
 #[cfg(not(any(target_arch = "x86_64", one_lane)))]
 use super::dispatch;
-use super::{Lanes, Level, Simd, Single};
+use super::{Lanes, Level, Single};
 
 /// How the kernel runs. All ways give the same bits but SSE4.2, which cannot multiply and add at once.
 #[derive(Clone, Copy, Debug)]

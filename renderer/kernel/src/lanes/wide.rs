@@ -2,7 +2,7 @@
 
 use fearless_simd::{
     Bytes as _, Simd, SimdBase as _, SimdFloat as _, SimdFrom as _, SimdInt as _, SimdMask as _, f32x8, f32x16, i32x8,
-    i32x16, mask32x8, mask32x16, u8x64, u32x8, u32x16,
+    i32x16, mask32x8, mask32x16, u32x8, u32x16,
 };
 
 use super::{Lanes, Mask, Place, Real, SHORT, Uint};
@@ -219,7 +219,7 @@ fn lookup_in_vector<S: Simd>(l: Wide<S>, table: &[f32; SHORT], count: usize, ind
     #[cfg(target_arch = "x86_64")]
     if l.0.level().as_avx512().is_some() {
         // One instruction; its indices are those of bytes.
-        let bytes: u8x64<S> = (index * 0x0404_0404 + 0x0302_0100).bitcast();
+        let bytes: fearless_simd::u8x64<S> = (index * 0x0404_0404 + 0x0302_0100).bitcast();
         return f32x16::from_slice(l.0, table).swizzle_dyn(bytes);
     }
     lookup_by_comparing(l, table, count, index)
