@@ -1,19 +1,24 @@
 //! What a strategy cannot sample, however many samples it takes, and what a pixel without light is.
 
-use mislab_kernel::bsdf::MIRROR_ALPHA;
+use mislab_kernel::bsdf::{BuiltMaterial, MIRROR_ALPHA};
+use mislab_kernel::request::scene::Material;
 use mislab_kernel::request::{Estimator, Request, Scene, Strategy};
 
-use crate::table::regions::{shows_surface, visible_materials};
+use crate::shade::Shade;
+use crate::table::regions::{Primitive, first_hits};
 
 /// The materials in use, by index, whose mirror the estimator never meets: it draws no BSDF samples, and a light sample
 /// has probability 0 of a mirror's one direction.
 pub fn blind_materials(scene: &Scene, estimator: &Estimator) -> Vec<usize> {
-    let only_light = match estimator.strategy {
+    if draws_only_light(estimator) { mirrors(scene) } else { Vec::new() }
+}
+
+fn draws_only_light(estimator: &Estimator) -> bool {
+    match estimator.strategy {
         Strategy::Light => true,
         Strategy::Mis => estimator.light_prob == 1.0,
         Strategy::Bsdf | Strategy::MisAll => false,
-    };
-    if only_light { mirrors(scene) } else { Vec::new() }
+    }
 }
 
 /// The materials in use that are mirrors, by index.
@@ -38,29 +43,58 @@ pub fn why_blind(scene: &Scene, estimator: &Estimator) -> Option<String> {
 /// What it says of a pixel that it is black.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dark {
-    /// It is black: there is no surface that could reflect anything, or a mirror whose one direction shows no light.
+    /// It is black: there is no surface that could reflect anything, no light reaches it, or it is a mirror whose one direction
+    /// shows no light.
     Empty,
     /// No sample has hit a light yet.
     Unhit,
-    /// None ever will: it shows nothing but [`blind_materials`].
+    /// None ever will: it shows mirrors that the estimator never meets, and nothing else that light reaches.
     Blind,
 }
 
-/// For each pixel of the full image, row by row. It takes the time of a camera ray or two for each.
-pub fn dark_pixels(request: &Request) -> Vec<Dark> {
-    let (scene, resolution) = (&request.scene, request.settings.image.resolution);
-    let of_surface = |shows| if shows { Dark::Unhit } else { Dark::Empty };
-    let mut pixels: Vec<Dark> = shows_surface(scene, resolution).into_iter().map(of_surface).collect();
-    let mirrors = mirrors(scene);
-    if !mirrors.is_empty() {
-        let blind = !blind_materials(scene, &request.settings.estimator).is_empty();
-        for (pixel, material) in pixels.iter_mut().zip(visible_materials(scene, resolution)) {
-            if material.is_some_and(|index| mirrors.contains(&index)) {
-                *pixel = if blind { Dark::Blind } else { Dark::Empty };
-            }
+/// For each material, what a pixel that shows nothing else is where it is black, if light reaches it.
+pub fn dark_materials(scene: &Scene, estimator: &Estimator) -> Vec<Dark> {
+    let of_mirror = if draws_only_light(estimator) { Dark::Blind } else { Dark::Empty };
+    let dark = |material: &Material| {
+        let material = BuiltMaterial::new(&material.bsdf);
+        match (material.scatters(), material.is_dirac() && !material.has_two_lobes()) {
+            (false, _) => Dark::Empty,
+            (true, true) => of_mirror,
+            (true, false) => Dark::Unhit,
         }
-    }
-    pixels
+    };
+    scene.materials.iter().map(dark).collect()
+}
+
+/// For each pixel of the full image, row by row. It takes the time of a camera ray or two for each, and of some to all lights from those
+/// in shadow.
+pub fn dark_pixels(request: &Request) -> Vec<Dark> {
+    let Request { scene, settings } = request;
+    let resolution = settings.image.resolution;
+    let materials = dark_materials(scene, &settings.estimator);
+    let of_surface = |primitive: Primitive| {
+        let shape = &scene.shapes[primitive.shape as usize];
+        shape.material.filter(|_| shape.light.is_none()).map(|material| materials[material])
+    };
+    let shade = Shade::new(scene, resolution);
+    let columns = resolution[0] as usize;
+    let of_pixel = |(index, seen): (usize, [Option<Primitive>; 5])| {
+        if seen[0].and_then(of_surface).is_none() {
+            return Dark::Empty;
+        }
+        let surfaces = || seen.into_iter().flatten();
+        let is_lit = |primitive: Primitive| {
+            of_surface(primitive) == Some(Dark::Unhit) && !shade.covers(primitive, [index % columns, index / columns])
+        };
+        if surfaces().any(is_lit) {
+            Dark::Unhit
+        } else if surfaces().any(|primitive| of_surface(primitive) == Some(Dark::Blind)) {
+            Dark::Blind
+        } else {
+            Dark::Empty
+        }
+    };
+    first_hits(scene, resolution).enumerate().map(of_pixel).collect()
 }
 
 #[cfg(test)]
@@ -71,6 +105,7 @@ mod tests {
     use mislab_kernel::request::Settings;
 
     use super::*;
+    use crate::layer::Layer;
     use crate::pbrt::embedded_scene;
 
     #[test]
@@ -113,5 +148,35 @@ mod tests {
         let about = DMat4::from_rotation_y(std::f64::consts::PI);
         Arc::make_mut(&mut request.scene).camera.world_from_camera *= about;
         assert_eq!(counts(&request), [80 * 80, 0, 0], "behind the camera there is nothing");
+    }
+
+    #[test]
+    fn what_no_light_reaches_is_empty_and_nothing_else() {
+        let file = embedded_scene();
+        let mut settings = file.settings;
+        settings.image.resolution = [200, 200];
+        settings.estimator.strategy = Strategy::Light;
+        let request = Request { scene: Arc::new(file.scene), settings };
+        let frame = crate::render(&request, 1, &mut |_| true).expect("the scene can be rendered");
+        let mut light = vec![0.0; 3 * 200 * 200];
+        frame.resolve(Layer::Light.channels(), &mut light);
+        let materials = dark_materials(&request.scene, &request.settings.estimator);
+        let is_rough = |hit: Option<Primitive>| {
+            let shape = hit.map(|hit| &request.scene.shapes[hit.shape as usize]);
+            shape.and_then(|shape| shape.material).is_some_and(|material| materials[material] == Dark::Unhit)
+        };
+        let (mut shadow, mut missed) = (0, 0);
+        let seen = first_hits(&request.scene, [200, 200]);
+        for (i, (dark, seen)) in dark_pixels(&request).into_iter().zip(seen).enumerate() {
+            // Others show a light or a mirror.
+            if seen.into_iter().all(is_rough) {
+                let black = light[i] == 0.0;
+                assert!(dark == Dark::Unhit || black, "light at {}, {}", i % 200, i / 200);
+                shadow += usize::from(dark == Dark::Empty);
+                missed += usize::from(dark == Dark::Unhit && black);
+            }
+        }
+        // Two plates together hide the lights from some, and a few only look black so far.
+        assert!(shadow > 500 && missed < shadow / 3, "under the plates' front edges: {shadow}, not found {missed}");
     }
 }

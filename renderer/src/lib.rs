@@ -23,6 +23,7 @@ mod near;
 pub mod pbrt;
 pub mod plane;
 pub mod platform;
+mod shade;
 pub mod snapshot;
 pub mod study;
 pub mod table;

@@ -197,6 +197,8 @@ fn a_black_picture_says_why_even_if_asked_to_be_quiet() {
         assert!(warnings.iter().any(|w| w.as_str().is_some_and(|w| w.contains(words))), "{warnings:?}");
     }
     assert_eq!(place.json("render --size 8x8 --spp 4")["warnings"], serde_json::json!([]));
+    let mirror = "biased on plate1: a light sample never meets a mirror's one direction";
+    assert_eq!(place.json("render --size 8x8 --spp 4 --strategy light")["warnings"], serde_json::json!([mirror]));
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn the_legend_marks_the_number_under_the_mouse() {
     let at = lab.harness.query_all_by_label_contains("Picture: Variance").next().expect("the picture").rect().center();
     lab.harness.hover_at(at);
     lab.harness.run_steps(3);
-    assert!(lab.has("cross-hatched: cannot be hit, marked: "));
+    assert!(lab.has("plain: no light, marked: "));
     // With the right column and without.
     for _ in 0..2 {
         let legend = lab.harness.query_all_by_label_contains("Legend: ").next().expect("a legend").rect();

@@ -1,6 +1,8 @@
 //! The tutorial's table.
 
+use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable as _;
 
 use crate::lab::Lab;
 
@@ -35,4 +37,26 @@ fn the_table_is_filled_in_and_can_be_stopped() {
     assert!(lab.has("\u{d7}  "), "there are crosses");
     lab.click(".csv");
     lab.until("the file", |lab| lab.file("veach_table.csv").exists());
+}
+
+#[test]
+fn every_column_is_in_view_at_a_desk_and_in_the_projector_view() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::NONE, Key::T);
+    lab.click("Image size of the table");
+    lab.click("100 \u{d7} 100");
+    lab.click("Fill in the table");
+    lab.until("the table", |lab| lab.has("small light"));
+    for view in ["at a desk", "in the projector view"] {
+        lab.harness.run_steps(4);
+        let window = lab.harness.get_by_role_and_label(Role::Window, "The tutorial's table").rect();
+        assert!(window.left() >= 0.0 && window.right() <= 1280.0, "{view}: {window:?}");
+        assert!(window.top() >= 0.0 && window.bottom() <= 720.0, "{view}: {window:?}");
+        let cells: Vec<_> = lab.harness.query_all_by_label_contains(" \u{b1} ").map(|cell| cell.rect()).collect();
+        assert!(cells.len() >= 16, "{view}: {} cells", cells.len());
+        for cell in cells {
+            assert!(window.contains_rect(cell), "{view}: {cell:?} in {window:?}");
+        }
+        lab.key(Modifiers::COMMAND, Key::B);
+    }
 }

@@ -1,12 +1,16 @@
 //! Points of the default scene, and of its variants, that mean and variance are known at.
 
 use glam::{DVec3, Vec3};
-use mislab_renderer::{Bsdf, Reflectance, Scene};
+use mislab_kernel::world::BuiltScene;
+use mislab_renderer::inspect::{Inspector, Point};
+use mislab_renderer::{Bsdf, Estimator, Reflectance, Scene, Settings};
 
-use crate::experiment::{highlight, mesh_lights, veach};
+use crate::experiment::{highlight, independent, keyhole, mesh_lights, veach};
 
 /// Where the default scene's camera is.
 pub const EYE: DVec3 = DVec3::new(0.0, 2.0, 15.0);
+/// Side of a picture through a keyhole.
+const SIDE: u32 = 32;
 
 /// Points to be seen from [`EYE`], each with its scene: those of the default scene and of plates of other roughness.
 ///
@@ -129,4 +133,24 @@ pub fn variants() -> Vec<(String, Scene, DVec3)> {
         all.push((format!("mesh lights, point {i}"), mesh.clone(), DVec3::new(x, y, z)));
     }
     all
+}
+
+/// Asks about what is seen from [`EYE`] at a point: the middle of a picture through a keyhole.
+///
+/// # Panics
+/// If the scene cannot be built, or shows no surface there.
+pub fn through_keyhole<R>(scene: &Scene, target: DVec3, ask: impl FnOnce(&Point<'_>) -> R) -> R {
+    let settings = of_one_sample(Estimator::default());
+    let mut built = BuiltScene::new(&keyhole(scene, EYE, target), &settings).expect("the scene can be built");
+    // Secondary rays start a little above the surface, which moves the edges of shadows: in the wide penumbra 1.6e-4 of
+    // the light. The oracle's do not.
+    built.epsilon *= 0.1;
+    let middle = SIDE as f32 / 2.0;
+    let seen = Inspector::new(&built, &settings).at_pixel(middle, middle);
+    ask(&seen.point().expect("a surface is seen"))
+}
+
+/// One independent sample of an estimator, in a picture through a keyhole.
+pub fn of_one_sample(estimator: Estimator) -> Settings {
+    Settings { estimator, ..independent(1, 1, [SIDE, SIDE]) }
 }

@@ -25,6 +25,7 @@ const RENDERER: &[&str] = &[
     "metrics",
     "batch",
     "table",
+    "shade",
     "blind",
     "study",
     "convergence",

@@ -1,33 +1,18 @@
 //! The curve over c, its lowest point and the lights of a point, against the oracle.
 
 use glam::{DVec3, Vec3};
-use mislab_kernel::world::BuiltScene;
-use mislab_renderer::inspect::{Accuracy, Inspector, Point, weighted};
+use mislab_renderer::inspect::{Accuracy, weighted};
 use mislab_renderer::{Estimator, Geometry, Heuristic, OneSampleWeights, Scene, Settings, Strategy};
-use mislab_tests::experiment::{independent, keyhole, veach};
+use mislab_tests::experiment::veach;
 use mislab_tests::oracle::{self, LUMINANCE, World};
-use mislab_tests::places::{EYE, places, variants};
+use mislab_tests::places::{EYE, of_one_sample, places, through_keyhole, variants};
 
-/// Side of the picture through the keyhole.
-const SIDE: u32 = 32;
 /// Largest relative difference to the oracle.
 const CLOSE: f64 = 1e-4;
 
-/// Asks about what the middle of a keyhole picture shows.
-fn through_keyhole<R>(scene: &Scene, target: DVec3, ask: impl FnOnce(&Point<'_>) -> R) -> R {
-    let settings = independent(1, 1, [SIDE, SIDE]);
-    let mut built = BuiltScene::new(&keyhole(scene, EYE, target), &settings).expect("the scene can be built");
-    // See `inspect.rs`: the oracle's rays start on the surface.
-    built.epsilon *= 0.1;
-    let middle = SIDE as f32 / 2.0;
-    let seen = Inspector::new(&built, &settings).at_pixel(middle, middle);
-    ask(&seen.point().expect("a surface is seen"))
-}
-
 fn one_sample(weights: OneSampleWeights, c: f64) -> Settings {
-    let base = independent(1, 1, [SIDE, SIDE]);
-    let estimator = Estimator { strategy: Strategy::Mis, heuristic: Heuristic::Balance, weights, light_prob: c as f32 };
-    Settings { estimator, ..base }
+    let (strategy, heuristic) = (Strategy::Mis, Heuristic::Balance);
+    of_one_sample(Estimator { strategy, heuristic, weights, light_prob: c as f32 })
 }
 
 /// Where a function on [0, 1] that falls and then rises is least.

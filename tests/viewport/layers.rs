@@ -7,7 +7,7 @@ use egui_kittest::kittest::Queryable;
 use mislab::look::colormap::{BSDF_TECHNIQUE, ColourMap, LIGHT_TECHNIQUE};
 use mislab::look::versus::Versus;
 use mislab::picture::normalise::normalise;
-use mislab::picture::planes::{BLIND, Planes};
+use mislab::picture::planes::{BLIND, Planes, UNLIT};
 use mislab::picture::still::{planes_to_rgba8, render_to_rgba8};
 use mislab::picture::tone::{filmic, srgb_encode, tone_map};
 use mislab::state::placement::Placement;
@@ -87,8 +87,8 @@ fn what_cannot_be_is_red_and_nothing_else_is() {
     assert!(red(Layer::Variance, vec![f32::INFINITY]) && red(Layer::Variance, vec![-1.0]));
     assert!(!red(Layer::ShareLight, vec![f32::NAN]) && !red(Layer::Variance, vec![f32::NAN]), "undefined is no error");
     assert!(
-        !red(Layer::ShareLight, vec![BLIND]) && !red(Layer::Variance, vec![BLIND]),
-        "what cannot be hit is hatched"
+        [BLIND, UNLIT].iter().all(|v| !red(Layer::ShareLight, vec![*v]) && !red(Layer::Variance, vec![*v])),
+        "what cannot be hit is hatched, what reflects no light is plain"
     );
     assert!(!red(Layer::ShareLight, vec![1.0001]) && !red(Layer::Variance, vec![0.0]));
 }
@@ -122,6 +122,7 @@ fn the_viewport_speaks_to_screen_readers() {
     harness.run();
     let hatched = "hatched: nothing hit yet, cross-hatched: cannot be hit";
     harness.get_by_label(&format!("Legend: Picture, EV -1.5, sRGB, {hatched}"));
+    let hatched = format!("{hatched}, plain: no light");
     harness.state_mut().show(Layer::Variance);
     harness.run();
     harness.get_by_label("Picture: Variance");

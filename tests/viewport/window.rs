@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use mislab::look::layer::{Colouring, LayerLook, Quantity};
 use mislab::picture::film_texture::FilmPipeline;
 use mislab::picture::legend::{Key, legend_overlay};
-use mislab::picture::planes::{BLIND, Planes, UNHIT};
+use mislab::picture::planes::{BLIND, Planes, UNHIT, UNLIT};
 use mislab::picture::viewport::{Shown, Viewport, ViewportResponse};
 use mislab::state::placement::Geometry;
 use mislab::state::view::ViewState;
@@ -109,7 +109,8 @@ pub fn undrawn(size: [f32; 2]) -> Harness<'static, App> {
 pub fn synthetic(quantity: impl Into<Quantity>) -> Planes {
     let quantity = quantity.into();
     let [w, h] = SIZE;
-    let special = [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, UNHIT, 1e-40, 3e38];
+    let special =
+        [0.0, -0.0, 1.0, 1.0005, -0.0005, 1.1, -0.2, f32::NAN, f32::INFINITY, BLIND, UNHIT, UNLIT, 1e-40, 3e38];
     let mut data = Vec::new();
     for channel in 0..quantity.channels() {
         for y in 0..h {

@@ -12,8 +12,10 @@ use crate::picture::figure::caption;
 use crate::picture::legend::colour_note;
 use crate::picture::paper::Paper;
 use crate::picture::sheet::{Recorder, Sheet};
+use crate::state::arrangement::Arrangement;
 use crate::state::command::Figure;
 use crate::state::file_name;
+use crate::state::study::Study;
 
 impl MisLabApp {
     /// Asks for a figure, which takes two more passes: the first forgets the mouse.
@@ -73,12 +75,14 @@ impl MisLabApp {
         let document = &lab.document;
         let [width, height] = document.image.resolution;
         if let Some(study) = lab.studies.open {
-            return vec![format!(
-                "{}: {}, {width} x {height}, seed {}",
-                document.scene.name,
-                study.name(),
-                document.seed
-            )];
+            let what = format!("{}: {}", document.scene.name, study.name());
+            return vec![match study {
+                Study::Convergence | Study::Means | Study::Pyramid | Study::Explain => {
+                    format!("{what}, {width} x {height}, seed {}", document.seed)
+                }
+                // The one has pictures of a size of its own, which it says; the other has no samples.
+                Study::Grid | Study::Plane => what,
+            }];
         }
         let view = colour_note(&document.view);
         match lab.live().frame() {
@@ -92,11 +96,11 @@ impl MisLabApp {
                 vec![format!("{}, {view}", name.unwrap_or_else(|| document.scene.name.clone()))]
             }
             Some(_) | None => {
-                let equal = equal_name(document.equal);
-                vec![format!(
-                    "{}: {width} x {height}, equal {equal}, seed {}, {view}",
-                    document.scene.name, document.seed
-                )]
+                let (scene, equal) = (&document.scene.name, equal_name(document.equal));
+                let what = format!("{scene}: {width} x {height}, equal {equal}, seed {}", document.seed);
+                // Ratios and differences have colours of their own, which the legend in the picture explains.
+                let has_own_colours = document.arrangement() == Arrangement::Difference;
+                vec![if has_own_colours { what } else { format!("{what}, {view}") }]
             }
         }
     }

@@ -252,13 +252,8 @@ pub(super) struct BenchArgs {
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds, allow_negative_numbers = true)]
     pub(super) seconds: f64,
 
-    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
-    #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<Destination>,
-
-    /// Says nothing but results and errors
-    #[arg(long)]
-    pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) numbers: NumbersArgs,
 }
 
 /// Nothing is sampled: all numbers are integrals over the directions of the lights, by quadrature.
@@ -269,46 +264,24 @@ Each is known to the tolerance that is stated, relative to itself; a variance fa
 that share of the squared mean.")]
 pub(super) struct InspectArgs {
     #[command(flatten)]
-    pub(super) picture: PictureArgs,
+    pub(super) place: PlaceArgs,
 
     #[command(flatten)]
-    pub(super) samples: SampleArgs,
-
-    #[command(flatten)]
-    pub(super) pixel: PixelArgs,
-
-    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
-    #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<Destination>,
-
-    /// Says nothing but results and errors
-    #[arg(long)]
-    pub(super) quiet: bool,
+    pub(super) numbers: NumbersArgs,
 }
 
 /// Random numbers are a function of seed, pixel, sample and dimension: the numbers are those of the picture, bit for bit.
 #[derive(Debug, clap::Args)]
 pub(super) struct ReplayArgs {
     #[command(flatten)]
-    pub(super) picture: PictureArgs,
-
-    #[command(flatten)]
-    pub(super) samples: SampleArgs,
-
-    #[command(flatten)]
-    pub(super) pixel: PixelArgs,
+    pub(super) place: PlaceArgs,
 
     /// Which sample of the pixel, from 0
     #[arg(long, value_name = "I", value_parser = whole, allow_negative_numbers = true)]
     pub(super) index: u32,
 
-    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
-    #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<Destination>,
-
-    /// Says nothing but results and errors
-    #[arg(long)]
-    pub(super) quiet: bool,
+    #[command(flatten)]
+    pub(super) numbers: NumbersArgs,
 }
 
 /// A scene is rendered first. Of a picture, the pixels whose sums betray an outlier are drawn again.
@@ -330,9 +303,27 @@ pub(super) struct FirefliesArgs {
     pub(super) how: HowArgs,
 }
 
-/// One pixel of the picture.
+/// Where the numbers of a command without pictures go.
 #[derive(Debug, clap::Args)]
-pub(super) struct PixelArgs {
+pub(super) struct NumbersArgs {
+    /// Writes the numbers as JSON to this file; `-` for standard output, in place of the text
+    #[arg(long, value_name = "FILE")]
+    pub(super) json: Option<Destination>,
+
+    /// Says nothing but results and errors
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+/// One pixel of one picture.
+#[derive(Debug, clap::Args)]
+pub(super) struct PlaceArgs {
+    #[command(flatten)]
+    pub(super) picture: PictureArgs,
+
+    #[command(flatten)]
+    pub(super) samples: SampleArgs,
+
     /// Column and row of the pixel, from 0 at the top left
     #[arg(
         long,
@@ -345,12 +336,12 @@ pub(super) struct PixelArgs {
     pixel: Vec<u32>,
 }
 
-impl PixelArgs {
+impl PlaceArgs {
     /// The pixel.
     ///
     /// # Errors
     /// If the picture has no such pixel.
-    pub(super) fn of(&self, settings: &Settings) -> Result<[u32; 2], Failure> {
+    pub(super) fn pixel_of(&self, settings: &Settings) -> Result<[u32; 2], Failure> {
         let PixelRect { min, max } = settings.pixel_bounds();
         match self.pixel.as_slice() {
             &[x, y] if (min[0]..max[0]).contains(&x) && (min[1]..max[1]).contains(&y) => Ok([x, y]),

@@ -11,16 +11,16 @@ use super::failure::Failure;
 use super::output;
 
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    if let Some(json) = &args.json {
+    if let Some(json) = &args.numbers.json {
         json.check()?;
     }
     let scene = Arc::new(pbrt::embedded_scene().scene);
     let report = benchmark::run(&scene, args.seconds, &mut |step| {
-        if !args.quiet {
+        if !args.numbers.quiet {
             output::message(&format!("measuring: {step}"));
         }
     })?;
-    output::report(args.json.as_ref(), &report, &text(&report))
+    output::report(args.numbers.json.as_ref(), &report, &text(&report))
 }
 
 fn text(report: &Report) -> String {

@@ -10,22 +10,14 @@ use serde::Serialize;
 
 use super::args::InspectArgs;
 use super::failure::Failure;
-use super::input::Input;
 use super::output;
-use super::render::{request, with_samples};
+use super::render::place;
 
 /// Steps of the curve over c.
 const STEPS: u16 = 100;
 
 pub(super) fn run(args: &InspectArgs) -> Result<(), Failure> {
-    if let Some(json) = &args.json {
-        json.check()?;
-    }
-    let input = Input::load(args.picture.scene.as_deref())?;
-    input.warn(args.quiet);
-    let settings = with_samples(args.samples, input.settings.clone());
-    let Request { scene, settings } = request(&args.picture, Request { scene: input.scene.clone(), settings })?;
-    let pixel = args.pixel.of(&settings)?;
+    let (input, Request { scene, settings }, pixel) = place(&args.place, &args.numbers)?;
     let built = BuiltScene::new(&scene, &settings).map_err(Error::from)?;
     let [x, y] = pixel.map(|v| v as f32 + 0.5);
     let shows = |what: &str| {
@@ -38,7 +30,7 @@ pub(super) fn run(args: &InspectArgs) -> Result<(), Failure> {
         Seen::Surface(point) => point,
     };
     let report = Report::new(&input.source, pixel, &scene, &settings.estimator, &point);
-    output::report(args.json.as_ref(), &report, &report.text())
+    output::report(args.numbers.json.as_ref(), &report, &report.text())
 }
 
 /// The object of `--json`. Its keys are an interface.

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use mislab_renderer::black::why_black;
+use mislab_renderer::blind::why_blind;
 use mislab_renderer::{
     Estimator, Frame, FrameStats, ImageSettings, PixelRect, Request, SamplerSettings, Sampling, Scene, Settings,
 };
 use serde::Serialize;
 
-use super::args::{Alpha, PictureArgs, RenderArgs, SampleArgs};
+use super::args::{Alpha, NumbersArgs, PictureArgs, PlaceArgs, RenderArgs, SampleArgs};
 use super::failure::Failure;
 use super::input::Input;
 use super::output::{self, PictureFile};
@@ -64,7 +65,8 @@ pub(super) fn run(args: RenderArgs) -> Result<(), Failure> {
         // Also with --quiet: the picture is not where it is looked for.
         output::message(&output::kept(&kept, outfile.path()));
     }
-    let bias = frame.request().settings.estimator.bias().map(str::to_owned);
+    let Request { scene, settings } = &**frame.request();
+    let bias = settings.estimator.bias().map(str::to_owned).or_else(|| why_blind(scene, &settings.estimator));
     let mut report = Report::new(&input, &frame, &outfile);
     let about_picture: Vec<String> = notice.into_iter().chain(report.invalid()).chain(bias).collect();
     let black = why_black(&frame);
@@ -87,6 +89,19 @@ pub(super) fn with_samples(args: SampleArgs, mut settings: Settings) -> Settings
         settings.sampling.sampler.strata = SamplerSettings::strata_for(spp.get());
     }
     settings
+}
+
+/// What is known of the one pixel that is asked about: where its picture comes from, the picture, and the pixel.
+pub(super) fn place(args: &PlaceArgs, numbers: &NumbersArgs) -> Result<(Input, Request, [u32; 2]), Failure> {
+    if let Some(json) = &numbers.json {
+        json.check()?;
+    }
+    let input = Input::load(args.picture.scene.as_deref())?;
+    input.warn(numbers.quiet);
+    let settings = with_samples(args.samples, input.settings.clone());
+    let request = request(&args.picture, Request { scene: input.scene.clone(), settings })?;
+    let pixel = args.pixel_of(&request.settings)?;
+    Ok((input, request, pixel))
 }
 
 /// Puts what else the command line names over what the scene file says.

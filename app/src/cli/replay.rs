@@ -10,19 +10,11 @@ use serde::Serialize;
 
 use super::args::ReplayArgs;
 use super::failure::Failure;
-use super::input::Input;
 use super::output::{self, technique_name};
-use super::render::{request, with_samples};
+use super::render::place;
 
 pub(super) fn run(args: &ReplayArgs) -> Result<(), Failure> {
-    if let Some(json) = &args.json {
-        json.check()?;
-    }
-    let input = Input::load(args.picture.scene.as_deref())?;
-    input.warn(args.quiet);
-    let settings = with_samples(args.samples, input.settings.clone());
-    let Request { scene, settings } = request(&args.picture, Request { scene: input.scene.clone(), settings })?;
-    let pixel = args.pixel.of(&settings)?;
+    let (input, Request { scene, settings }, pixel) = place(&args.place, &args.numbers)?;
     if let Some(spp) = settings.sampling.target().filter(|spp| args.index >= *spp) {
         let (index, last) = (args.index, spp - 1);
         return Err(Failure::Usage(format!("--index {index}: not in the picture, expected a number from 0 to {last}")));
@@ -30,7 +22,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let built = BuiltScene::new(&scene, &settings).map_err(Error::from)?;
     let sample = replay(Lanewise::best(), &built, &settings, pixel, args.index);
     let report = Report::new(&input.source, pixel, args.index, &settings, &sample);
-    output::report(args.json.as_ref(), &report, &report.text())
+    output::report(args.numbers.json.as_ref(), &report, &report.text())
 }
 
 /// The object of `--json`. Its keys are an interface.

@@ -24,6 +24,8 @@ pub struct TablePanel {
     size: Option<u32>,
     job: Option<TableJob>,
     result: Option<Result<TableResult, String>>,
+    /// How wide the table was in the last pass, in points.
+    width: f32,
 }
 
 impl TablePanel {
@@ -70,12 +72,14 @@ const TITLE: f32 = 60.0;
 pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>, folder: &Path, files: &mut Files) {
     let mut open = panel.open;
     let size = ctx.content_rect().size();
+    let widest = size.x - 2.0 * MARGIN;
     Window::new("The tutorial's table")
         .id(Id::unique("table window"))
         .open(&mut open)
         .collapsible(false)
-        .default_width(840.0_f32.min(size.x - 2.0 * MARGIN))
-        .max_size(size - egui::vec2(2.0 * MARGIN, 2.0 * MARGIN + TITLE))
+        .default_width(840.0_f32.min(widest))
+        .min_width(panel.width.min(widest))
+        .max_size(egui::vec2(widest, size.y - 2.0 * MARGIN - TITLE))
         .constrain_to(ctx.content_rect())
         .pivot(egui::Align2::CENTER_CENTER)
         .default_pos(ctx.content_rect().center())
@@ -85,7 +89,7 @@ pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>,
             match &panel.result {
                 Some(Ok(result)) => {
                     ui.add_space(2.0 * GRID);
-                    table_grid(ui, &result.table);
+                    panel.width = table_grid(ui, &result.table);
                     export_ui(ui, result, folder, files);
                 }
                 Some(Err(error)) => {
@@ -145,9 +149,10 @@ fn start_ui(ui: &mut Ui, panel: &mut TablePanel, scene: &Arc<Scene>) {
 const LIGHTS: [(LightSize, &str); 2] = [(LightSize::Small, "small light"), (LightSize::Large, "large light")];
 const LOBES: [(LobeWidth, &str); 2] = [(LobeWidth::Broad, "broad BSDF"), (LobeWidth::Sharp, "sharp BSDF")];
 
-fn table_grid(ui: &mut Ui, table: &Table) {
+/// Returns how wide the table is where there is room for it.
+fn table_grid(ui: &mut Ui, table: &Table) -> f32 {
     let strong = |text: &str| RichText::new(text).family(medium());
-    ScrollArea::both().auto_shrink([false, true]).show(ui, |ui| {
+    let area = ScrollArea::both().auto_shrink([false, true]).show(ui, |ui| {
         Grid::new("tutorial table").num_columns(6).striped(false).spacing([20.0, 6.0]).show(ui, |ui| {
             for head in ["Strategy, file", "samples", "time", "relMSE"] {
                 ui.label(strong(head));
@@ -200,6 +205,7 @@ fn table_grid(ui: &mut Ui, table: &Table) {
             table.large.join(", "),
         ),
     );
+    area.content_size.x
 }
 
 fn cell_ui(ui: &mut Ui, cell: &Cell) {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::Context;
-use mislab_renderer::blind::{Dark, blind_materials, dark_pixels, mirrors};
+use mislab_renderer::blind::{Dark, blind_materials, dark_materials, dark_pixels};
 use mislab_renderer::{Frame, Request};
 
 use crate::picture::background::Background;
@@ -27,7 +27,7 @@ impl About {
     fn is_like(&self, Self(other): &Self) -> bool {
         let Self(this) = self;
         let about = |Request { scene, settings }: &Request| {
-            (settings.image.resolution, mirrors(scene), blind_materials(scene, &settings.estimator))
+            (settings.image.resolution, dark_materials(scene, &settings.estimator))
         };
         about(this) == about(other)
     }
@@ -35,7 +35,7 @@ impl About {
 
 impl PartialEq for About {
     fn eq(&self, other: &Self) -> bool {
-        // What is seen through the camera: radiance changes nothing of it, nor roughness but where a mirror begins.
+        // What is seen through the camera, and by which light: roughness changes nothing of it but where a mirror begins.
         let (this, that) = (&self.0.scene, &other.0.scene);
         let same_scene = Arc::ptr_eq(this, that) || (this.shapes == that.shapes && this.camera == that.camera);
         Arc::ptr_eq(&self.0, &other.0) || (same_scene && self.is_like(other))

@@ -33,9 +33,11 @@ const WEIGHT_SLACK = 1e-3;
 const LOG10_2 = 0.30102999566;
 const LAST_ENTRY = 255.0;
 const CROSSED_PERIODS = 2048.0;
-// Of all numbers the least: a pixel that cannot be sampled; and half of that: one that has not been hit yet.
+// Of all numbers the least: a pixel that cannot be sampled; half of that: one that has not been hit yet; and half again: one that
+// reflects no light.
 const BLIND = -3.40282346638528859812e38;
 const UNHIT = -1.70141173319264429906e38;
+const UNLIT = -8.50705866596322149530e37;
 
 @group(0) @binding(0) var<uniform> u: Uniforms;
 @group(0) @binding(1) var planes: texture_2d_array<f32>;
@@ -124,6 +126,9 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     }
     if v == BLIND {
         return cross_hatch_at(at);
+    }
+    if v == UNLIT {
+        return u.hatch_a.rgb;
     }
     if by.kind == COLOUR {
         let rgb = vec3<f32>(v, textureLoad(planes, pixel, 1, 0).r, textureLoad(planes, pixel, 2, 0).r);

@@ -9,8 +9,8 @@ use mislab_renderer::{Layer, Technique};
 
 use crate::look::layer::{Colouring, LayerLook, Quantity};
 use crate::look::versus::Versus;
-use crate::picture::pixel::{NEVER, NOTHING_YET, value_text};
-use crate::picture::planes::BLIND;
+use crate::picture::pixel::{NEVER, NO_LIGHT, NOTHING_YET, value_text};
+use crate::picture::planes::{BLIND, UNLIT};
 use crate::picture::tone::{self, HATCH_PERIOD};
 use crate::state::view::ViewState;
 
@@ -75,17 +75,17 @@ pub fn legend_on_paper(ui: &egui::Ui, at: Pos2, layer: Layer, view: &ViewState, 
 
 /// The hatchings of colours alone, in a line, for where nothing else has to be said of them.
 pub fn hatched_ui(ui: &mut egui::Ui) {
-    let hatched = Hatched::new(ui, Layer::Picture.into(), None);
-    let (rect, response) = ui.allocate_exact_size(hatched.size(), Sense::hover());
+    let hatched = Hatched::new(ui, Layer::Picture.into(), None, f32::INFINITY);
+    let (rect, response) = ui.allocate_exact_size(hatched.size, Sense::hover());
     hatched.paint(ui.painter(), rect.min, ui.visuals().strong_text_color());
-    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, Hatched::spoken()));
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, Hatched::spoken(Layer::Picture.into())));
 }
 
 /// The same without a place in a layout, its upper left corner at `at`; returns its height.
 pub fn hatched_on_paper(ui: &egui::Ui, at: Pos2) -> f32 {
-    let hatched = Hatched::new(ui, Layer::Picture.into(), None);
+    let hatched = Hatched::new(ui, Layer::Picture.into(), None, f32::INFINITY);
     hatched.paint(ui.painter(), at, ui.visuals().strong_text_color());
-    hatched.size().y
+    hatched.size.y
 }
 
 /// A legend laid out.
@@ -113,12 +113,20 @@ struct Bar {
     here: Option<f32>,
 }
 
-/// What the hatchings mean, in a line: no sample has hit yet, and none can.
+/// What the hatchings mean: no sample has hit yet, none can, or there is nothing to hit.
 struct Hatched {
-    words: [Arc<Galley>; 2],
+    entries: Vec<Entry>,
     colours: [Color32; 2],
     /// What is under the mouse.
     here: Option<Here>,
+    size: Vec2,
+}
+
+struct Entry {
+    means: Here,
+    /// The swatch's upper left corner in the legend's part.
+    at: Vec2,
+    words: Arc<Galley>,
 }
 
 /// Where on the legend the number under the mouse is.
@@ -130,6 +138,8 @@ enum Here {
     NothingYet,
     /// At that of what cannot be hit.
     Never,
+    /// At the plain colour of what reflects no light.
+    NoLight,
 }
 
 impl Legend {
@@ -141,13 +151,13 @@ impl Legend {
         let line = |words: String, font: &FontId| ui.painter().layout_no_wrap(words, font.clone(), text);
         let name = title(quantity, view);
         let title = line(name.to_owned(), &TextStyle::Body.resolve(ui.style()));
-        let hatched = Hatched::new(ui, quantity, here.map(|value| position(quantity, view, value)));
+        let hatched = Hatched::new(ui, quantity, here.map(|value| position(quantity, view, value)), available);
         if look.is_colour() {
             let words = colour_note(view);
-            let spoken = format!("Legend: {name}, {words}, {}", Hatched::spoken());
+            let spoken = format!("Legend: {name}, {words}, {}", Hatched::spoken(quantity));
             let note = line(words, &small);
-            let width = title.size().x.max(note.size().x).max(hatched.size().x);
-            let size = vec2(width, title.size().y + note.size().y + GAP + hatched.size().y);
+            let width = title.size().x.max(note.size().x).max(hatched.size.x);
+            let size = vec2(width, title.size().y + note.size().y + GAP + hatched.size.y);
             return Self { title, note: Some(note), bar: None, hatched, text, size, spoken };
         }
         let width = available.clamp(MIN_BAR_WIDTH, BAR_WIDTH).floor();
@@ -155,7 +165,7 @@ impl Legend {
         let mut spoken = format!(
             "Legend: {name}, {}, {}",
             words.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join(", "),
-            Hatched::spoken()
+            Hatched::spoken(quantity)
         );
         if let Some(here) = here {
             spoken += &format!(", marked: {}", value_text(here));
@@ -165,11 +175,11 @@ impl Legend {
         let ticks = fitting(galleys, width);
         let here = match hatched.here {
             Some(Here::At(at)) => Some(at),
-            Some(Here::NothingYet | Here::Never) | None => None,
+            Some(Here::NothingYet | Here::Never | Here::NoLight) | None => None,
         };
         let bar = Bar { width, colours: bar_colours(quantity, ui.visuals().dark_mode), ticks, tick_height, here };
-        let height = title.size().y + GAP + bar.height() + GAP + hatched.size().y;
-        let size = vec2(title.size().x.max(width).max(hatched.size().x), height);
+        let height = title.size().y + GAP + bar.height() + GAP + hatched.size.y;
+        let size = vec2(title.size().x.max(width).max(hatched.size.x), height);
         Self { title, note: None, bar: Some(bar), hatched, text, size, spoken }
     }
 
@@ -230,34 +240,60 @@ impl Bar {
 }
 
 impl Hatched {
-    /// In the colours of the picture of that quantity.
-    fn new(ui: &egui::Ui, quantity: Quantity, here: Option<Here>) -> Self {
+    /// In the colours of the picture of that quantity, in as many rows as so little room needs.
+    fn new(ui: &egui::Ui, quantity: Quantity, here: Option<Here>, available: f32) -> Self {
         let (font, ink) = (small(ui), ui.visuals().strong_text_color());
-        let words = [NOTHING_YET, NEVER].map(|w| ui.painter().layout_no_wrap(w.to_owned(), font.clone(), ink));
-        Self { words, colours: tone::hatch_of(quantity, ui.visuals().dark_mode), here }
+        let colours = tone::hatch_of(quantity, ui.visuals().dark_mode);
+        let (mut entries, mut size, mut at) = (Vec::new(), Vec2::ZERO, Vec2::ZERO);
+        for means in Self::meanings(quantity) {
+            let words = ui.painter().layout_no_wrap(words(*means).to_owned(), font.clone(), ink);
+            let [width, height] = [BAR_HEIGHT + GAP + words.size().x, words.size().y.max(BAR_HEIGHT)];
+            if at.x > 0.0 && at.x + width > available {
+                at = vec2(0.0, size.y + GAP);
+            }
+            size = size.max(at + vec2(width, height));
+            entries.push(Entry { means: *means, at: at + vec2(0.0, 0.5 * (height - BAR_HEIGHT)), words });
+            at.x += width + 3.0 * GAP;
+        }
+        Self { entries, colours, here, size }
     }
 
-    fn spoken() -> String {
-        format!("hatched: {NOTHING_YET}, cross-hatched: {NEVER}")
+    /// Black is no light in colours; where there is one number, it has a colour of its own.
+    fn meanings(quantity: Quantity) -> &'static [Here] {
+        let all = &[Here::NothingYet, Here::Never, Here::NoLight];
+        if LayerLook::of(quantity).is_colour() { &all[..2] } else { all }
     }
 
-    fn size(&self) -> Vec2 {
-        let [first, second] = self.words.each_ref().map(|galley| galley.size());
-        vec2(2.0 * (BAR_HEIGHT + GAP) + 3.0 * GAP + first.x + second.x, first.y.max(BAR_HEIGHT))
+    fn spoken(quantity: Quantity) -> String {
+        let look = |means: &Here| match means {
+            Here::NothingYet => "hatched: ",
+            Here::Never => "cross-hatched: ",
+            Here::NoLight | Here::At(_) => "plain: ",
+        };
+        let spoken = Self::meanings(quantity).iter().map(|means| look(means).to_owned() + words(*means));
+        spoken.collect::<Vec<_>>().join(", ")
     }
 
     fn paint(&self, painter: &egui::Painter, at: Pos2, ink: Color32) {
-        let mut corner = at + vec2(0.0, 0.5 * (self.size().y - BAR_HEIGHT));
-        for ((words, crossed), means) in self.words.iter().zip([false, true]).zip([Here::NothingYet, Here::Never]) {
-            let swatch = Rect::from_min_size(corner, Vec2::splat(BAR_HEIGHT));
-            paint_hatch(painter, swatch, self.colours, crossed);
+        for Entry { means, at: offset, words } in &self.entries {
+            let swatch = Rect::from_min_size(at + *offset, Vec2::splat(BAR_HEIGHT));
+            paint_hatch(painter, swatch, self.colours, *means);
             let marked = egui::Stroke::new(2.0, ink);
-            let stroke = if self.here == Some(means) { marked } else { outline(ink) };
+            let stroke = if self.here == Some(*means) { marked } else { outline(ink) };
             painter.rect_stroke(swatch, 0.0, stroke, egui::StrokeKind::Outside);
             let place = Align2::LEFT_CENTER.anchor_size(swatch.right_center() + vec2(GAP, 0.0), words.size());
             painter.galley(place.min, words.clone(), ink);
-            corner.x = place.right() + 3.0 * GAP;
         }
+    }
+}
+
+/// What a pixel without a number is.
+fn words(means: Here) -> &'static str {
+    match means {
+        Here::NothingYet => NOTHING_YET,
+        Here::Never => NEVER,
+        Here::NoLight => NO_LIGHT,
+        Here::At(_) => "",
     }
 }
 
@@ -290,6 +326,8 @@ fn position(quantity: Quantity, view: &ViewState, value: f32) -> Here {
         Here::NothingYet
     } else if value == BLIND {
         Here::Never
+    } else if value == UNLIT {
+        Here::NoLight
     } else {
         Here::At(at.clamp(0.0, 1.0))
     }
@@ -396,14 +434,17 @@ fn gradient(rect: Rect, colours: &[Color32]) -> Shape {
 }
 
 /// The hatchings of the shader, in shapes.
-fn paint_hatch(painter: &egui::Painter, rect: Rect, [ground, stripe]: [Color32; 2], crossed: bool) {
+fn paint_hatch(painter: &egui::Painter, rect: Rect, [ground, stripe]: [Color32; 2], means: Here) {
     let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
     painter.rect_filled(rect, 0.0, ground);
+    if means == Here::NoLight {
+        return;
+    }
     let stroke = egui::Stroke::new(HATCH_PERIOD / 2.0 * std::f32::consts::FRAC_1_SQRT_2, stripe);
     let (mut x, end) = (rect.left(), rect.right() + rect.height());
     while x <= end {
         painter.line_segment([pos2(x, rect.top()), pos2(x - rect.height(), rect.bottom())], stroke);
-        if crossed {
+        if means == Here::Never {
             painter.line_segment([pos2(x, rect.bottom()), pos2(x - rect.height(), rect.top())], stroke);
         }
         x += HATCH_PERIOD;
@@ -427,5 +468,6 @@ mod tests {
         assert_eq!(position(Layer::Variance.into(), &view, 0.0), Here::At(0.0));
         assert_eq!(position(Layer::Variance.into(), &view, f32::NAN), Here::NothingYet);
         assert_eq!(position(Layer::Variance.into(), &view, BLIND), Here::Never, "that is no noise of 0");
+        assert_eq!(position(Layer::Variance.into(), &view, UNLIT), Here::NoLight);
     }
 }

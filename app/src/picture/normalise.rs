@@ -2,7 +2,7 @@
 
 use crate::look::layer::{Colouring, LayerLook, Quantity};
 use crate::look::versus::Versus;
-use crate::picture::planes::Planes;
+use crate::picture::planes::{Planes, UNLIT};
 use crate::state::view::ViewState;
 
 /// Sets the range of what is shown by the data. Colour layers: 99 % of the pixels come out below white, without offset.
@@ -43,7 +43,7 @@ pub fn normalise(view: &mut ViewState, planes: &Planes) {
 
 /// What 98 % of the sizes of signed numbers stay below; at least a millionth.
 fn quantity_size(planes: &Planes) -> Option<f32> {
-    let sizes = planes.channels().flatten().map(|v| v.abs()).filter(|v| v.is_finite() && *v < f32::MAX);
+    let sizes = planes.channels().flatten().map(|v| v.abs()).filter(|v| v.is_finite() && *v < -UNLIT);
     let mut sizes: Vec<f32> = sizes.collect();
     sizes.sort_unstable_by(f32::total_cmp);
     let last = sizes.len().saturating_sub(1);

@@ -9,7 +9,7 @@ use mislab_renderer::{Channel, Layer};
 use crate::look::layer::LayerLook;
 use crate::look::theme::GRID;
 use crate::picture::content::Content;
-use crate::picture::planes::{BLIND, UNHIT};
+use crate::picture::planes::{BLIND, UNHIT, UNLIT};
 use crate::picture::variance;
 use crate::state::view::VarianceUnit;
 
@@ -88,6 +88,7 @@ impl Pixel<'_> {
         match self.dark() {
             Dark::Blind if !colour || black => vec![BLIND; values.len()],
             Dark::Unhit if colour && black => vec![UNHIT; values.len()],
+            Dark::Empty if !colour && values.iter().all(|value| value.is_nan()) => vec![UNLIT; values.len()],
             Dark::Blind | Dark::Unhit | Dark::Empty => values,
         }
     }
@@ -134,6 +135,8 @@ impl Pixel<'_> {
 pub const NOTHING_YET: &str = "nothing hit yet";
 /// What it has where none ever will.
 pub const NEVER: &str = "cannot be hit";
+/// What it has where there is nothing to hit: a lamp itself, nothing at all, or what no light reaches.
+pub const NO_LIGHT: &str = "no light";
 
 /// A number of a pixel as people read it.
 pub fn value_text(value: f32) -> String {
@@ -141,6 +144,8 @@ pub fn value_text(value: f32) -> String {
         NOTHING_YET.into()
     } else if value == BLIND {
         NEVER.into()
+    } else if value == UNLIT {
+        NO_LIGHT.into()
     } else if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
         format!("{value:.2e}")
     } else {

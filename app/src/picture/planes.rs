@@ -12,6 +12,9 @@ pub const BLIND: f32 = f32::MIN;
 /// Stands for a pixel that no sample has hit yet, in colours; a layer of one number has NaN there.
 pub const UNHIT: f32 = f32::MIN / 2.0;
 
+/// Stands for a pixel that has no number because it reflects no light, in layers of one number.
+pub const UNLIT: f32 = f32::MIN / 4.0;
+
 /// The numbers of one layer of a frame.
 #[derive(Clone, Debug)]
 pub struct Planes {
@@ -66,7 +69,7 @@ impl Planes {
     }
 
     /// Marks what has no number: of colours the black pixels, by what they are, in the first channel; of one number those that are
-    /// [`BLIND`].
+    /// [`BLIND`] or [`UNLIT`].
     pub fn mark(&mut self, dark: &[Dark]) {
         let (width, area) = (self.bounds.width() as usize, self.bounds.area());
         let colour = self.data.len() > area;
@@ -78,6 +81,7 @@ impl Planes {
                 let mark = match dark {
                     Dark::Blind => BLIND,
                     Dark::Unhit if colour => UNHIT,
+                    Dark::Empty if value.is_nan() => UNLIT,
                     Dark::Unhit | Dark::Empty => continue,
                 };
                 if others.iter().skip(y * width + x).step_by(area).all(|other| *other == 0.0) {

@@ -10,7 +10,7 @@ use mislab_renderer::Technique;
 use crate::look::colormap::ColourMap;
 use crate::look::layer::{Colouring, LayerLook, Quantity};
 use crate::look::versus::Versus;
-use crate::picture::planes::{BLIND, Planes, UNHIT};
+use crate::picture::planes::{BLIND, Planes, UNHIT, UNLIT};
 use crate::state::placement::Geometry;
 use crate::state::view::{ToneMap, ViewState};
 
@@ -271,6 +271,9 @@ fn colour(u: &Uniforms, value: [f32; 3], at: [f32; 2]) -> [f32; 3] {
     }
     if v == BLIND {
         return cross_hatch_at(u, at);
+    }
+    if v == UNLIT {
+        return rgb(u.hatch_a);
     }
     if u.kind == Kind::Colour as u32 {
         if value.iter().any(|v| !v.is_finite() || *v < 0.0) {

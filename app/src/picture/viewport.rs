@@ -11,7 +11,7 @@ use crate::picture::content::Content;
 use crate::picture::dark::Darks;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
 use crate::picture::foreign::Foreign;
-use crate::picture::planes::{BLIND, Planes, UNHIT};
+use crate::picture::planes::{BLIND, Planes, UNHIT, UNLIT};
 use crate::picture::sheet::Recorder;
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::{Geometry, Placement};
@@ -271,7 +271,7 @@ fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, un
             let shown = tone::at_pixel(uniforms, value);
             let ink = if luma(shown) > 0.5 { Color32::BLACK } else { Color32::WHITE };
             let [r, g, b] = value.map(number);
-            let marked = value[0] == BLIND || value[0] == UNHIT;
+            let marked = [BLIND, UNHIT, UNLIT].contains(&value[0]);
             let text = if marked || (r == g && g == b) { r } else { [r, g, b].join("\n") };
             let centre = geometry.to_screen([x as f32 + 0.5, y as f32 + 0.5]);
             painter.text(centre, Align2::CENTER_CENTER, text, font.clone(), ink);
@@ -286,6 +286,8 @@ fn number(value: f32) -> String {
         "none yet".to_owned()
     } else if value == BLIND {
         "blind".to_owned()
+    } else if value == UNLIT {
+        "no light".to_owned()
     } else if size == 0.0 || (1e-3..1e4).contains(&size) {
         let decimals = if size >= 1e3 {
             1

@@ -135,25 +135,36 @@ fn size(geometry: &Geometry) -> f32 {
 /// The material that each pixel shows, row by row from the top left: that of the first surface behind the pixel's centre,
 /// if all four corners show the same one. Lights and black surfaces are `None`.
 pub fn visible_materials(scene: &Scene, resolution: [u32; 2]) -> Vec<Option<usize>> {
+    let material = |hit: &Option<Primitive>| {
+        let shape = &scene.shapes[hit.as_ref()?.shape as usize];
+        shape.material.filter(|_| shape.light.is_none())
+    };
+    let of_pixel = |[centre, corners @ ..]: [Option<Primitive>; 5]| {
+        material(&centre).filter(|_| corners.iter().all(|corner| material(corner) == material(&centre)))
+    };
+    first_hits(scene, resolution).map(of_pixel).collect()
+}
+
+/// A sphere or a triangle of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Primitive {
+    /// Index into [`Scene::shapes`].
+    pub shape: u32,
+    /// Which triangle of a mesh; 0 for a sphere.
+    pub triangle: u32,
+}
+
+/// What is seen first at each pixel, row by row from the top left: behind its centre, then behind its corners, two of the upper
+/// row and two of the lower.
+pub fn first_hits(scene: &Scene, resolution: [u32; 2]) -> impl Iterator<Item = [Option<Primitive>; 5]> {
     let [width, height] = resolution.map(|n| n as usize);
     let centres = Grid::new(scene, resolution, [width, height], 0.5).trace(scene);
     let corners = Grid::new(scene, resolution, [width + 1, height + 1], 0.0).trace(scene);
-    let mut materials = Vec::with_capacity(width * height);
-    for y in 0..height {
-        for x in 0..width {
-            let corner = y * (width + 1) + x;
-            let around = [corner, corner + 1, corner + width + 1, corner + width + 2].map(|i| corners[i]);
-            let centre = centres[y * width + x];
-            materials.push(centre.filter(|_| around.iter().all(|&c| c == centre)));
-        }
-    }
-    materials
-}
-
-/// Whether each pixel shows a surface that can reflect, row by row from the top left: the first one behind the pixel's centre, no light.
-pub fn shows_surface(scene: &Scene, resolution: [u32; 2]) -> Vec<bool> {
-    let size = resolution.map(|n| n as usize);
-    Grid::new(scene, resolution, size, 0.5).trace(scene).into_iter().map(|material| material.is_some()).collect()
+    (0..height).flat_map(move |y| (0..width).map(move |x| [x, y])).map(move |[x, y]| {
+        let corner = y * (width + 1) + x;
+        let [a, b, c, d] = [corner, corner + 1, corner + width + 1, corner + width + 2].map(|i| corners[i]);
+        [centres[y * width + x], a, b, c, d]
+    })
 }
 
 /// A regular grid of points of the image, one pixel apart.
@@ -169,11 +180,11 @@ impl Grid {
         Self { size, offset, projector: Projector::new(&scene.camera, resolution) }
     }
 
-    /// The material seen at every point, by testing each surface against the points inside its outline's bounds.
-    fn trace(&self, scene: &Scene) -> Vec<Option<usize>> {
+    /// What is seen at every point, by testing each surface against the points inside its outline's bounds.
+    fn trace(&self, scene: &Scene) -> Vec<Option<Primitive>> {
         let mut nearest = vec![(f64::INFINITY, None); self.size[0] * self.size[1]];
-        for shape in &scene.shapes {
-            let material = shape.material.filter(|_| shape.light.is_none());
+        for (index, shape) in scene.shapes.iter().enumerate() {
+            let primitive = |triangle: usize| Primitive { shape: index as u32, triangle: triangle as u32 };
             match &shape.geometry {
                 Geometry::Sphere { center, radius } => {
                     let signs = [-1.0, 1.0];
@@ -183,26 +194,26 @@ impl Grid {
                         .map(|sign| *center + *radius * sign)
                         .collect();
                     let (center, radius) = (center.as_dvec3(), f64::from(*radius));
-                    self.cover(&corners, material, &mut nearest, |ray| ray.hit_sphere(center, radius));
+                    self.cover(&corners, primitive(0), &mut nearest, |ray| ray.hit_sphere(center, radius));
                 }
                 Geometry::Mesh { positions, triangles } => {
-                    for triangle in triangles.iter() {
+                    for (i, triangle) in triangles.iter().enumerate() {
                         let corners = triangle.map(|i| positions[i as usize]);
                         let abc = corners.map(Vec3::as_dvec3);
-                        self.cover(&corners, material, &mut nearest, |ray| ray.hit_triangle(abc));
+                        self.cover(&corners, primitive(i), &mut nearest, |ray| ray.hit_triangle(abc));
                     }
                 }
             }
         }
-        nearest.into_iter().map(|(_, material)| material).collect()
+        nearest.into_iter().map(|(_, first)| first).collect()
     }
 
     /// Tests the points of the grid that a convex body with these corners can cover.
     fn cover(
         &self,
         corners: &[Vec3],
-        material: Option<usize>,
-        nearest: &mut [(f64, Option<usize>)],
+        primitive: Primitive,
+        nearest: &mut [(f64, Option<Primitive>)],
         hit: impl Fn(Ray) -> Option<f64>,
     ) {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -238,7 +249,7 @@ impl Grid {
                 if let Some(t) = hit(ray)
                     && t < point.0
                 {
-                    *point = (t, material);
+                    *point = (t, Some(primitive));
                 }
             }
         }

@@ -13,6 +13,7 @@ mod lights;
 mod numbers;
 mod once;
 mod pairs;
+mod patterns;
 mod surfaces;
 mod twins;
 mod warps;
