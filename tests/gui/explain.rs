@@ -2,7 +2,7 @@
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{self, Key, Modifiers, Pos2, vec2};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use mislab::state::document::Document;
 use mislab_renderer::plane::Square;
 use mislab_renderer::projection::Projector;
@@ -58,6 +58,14 @@ impl Lab {
         self.harness.step();
         self.harness.remove_cursor();
         self.harness.step();
+    }
+
+    /// The pixel of a firefly, by its number in the list.
+    fn firefly(&self, number: usize) -> [u32; 2] {
+        let row = self.harness.get_by_label_contains(&format!("Firefly {number}: pixel x "));
+        let words = row.accesskit_node().label().expect("a label");
+        let pixel = words.split("pixel x ").nth(1).and_then(|rest| rest.split_once(", y ")).expect("its pixel");
+        [pixel.0, pixel.1].map(|digits| digits.parse().expect("a number"))
     }
 
     fn radius(&self, light: &str) -> f32 {
@@ -181,7 +189,7 @@ fn the_marker_on_the_curve_is_c() {
     assert!(lab.has("least variance"));
     lab.click("Use MIS, one");
     assert_eq!(lab.strategies(), [Strategy::Mis]);
-    let plot = lab.rect("Variance over c");
+    let plot = lab.rect("Variance over c: this pixel");
     let at = lab.rect("c in the curve").center();
     lab.drag(at, vec2(0.2 * plot.width(), 0.0));
     let c = lab.document().active().estimator.light_prob;
@@ -208,4 +216,49 @@ fn samples_are_stepped_through_with_their_numbers() {
     lab.click("Brightest");
     assert!(lab.has("(f) / (p_L + p_B)"), "the contribution expanded");
     lab.part("Sketch", "Sketch in the plane of incidence");
+}
+
+#[test]
+fn the_curve_is_also_of_the_square_and_of_the_picture() {
+    let mut lab = Lab::explained();
+    lab.key(Modifiers::NONE, Key::Num4);
+    lab.part("Best c", "Use c ");
+    lab.click("Curve: Its square");
+    lab.until("the square", |lab| lab.has("Variance over c: plate3 under light2"));
+    assert!(!lab.has("worst square"));
+    lab.click("Curve: Whole picture");
+    lab.until("the picture", |lab| lab.has("Variance over c: whole picture"));
+    lab.until("all of its pixels", |lab| lab.has("Dotted: the worst square at each c") && !lab.has("coarse so far"));
+    let at = lab.rect("c in the curve").center();
+    let before = lab.document().active().estimator.light_prob;
+    lab.drag(at, vec2(60.0, 0.0));
+    assert!(lab.document().active().estimator.light_prob > before, "the marker is c here, too");
+    // A pixel of the wall.
+    lab.click("Curve: Its square");
+    lab.pin([30, 30]);
+    lab.until("no square", |lab| lab.has("This pixel is in no square"));
+}
+
+#[test]
+fn fireflies_are_listed_marked_and_drawn_again() {
+    let mut lab = Lab::explained();
+    lab.key(Modifiers::NONE, Key::Num2);
+    lab.settle();
+    lab.part("Fireflies", "Firefly 1: pixel x ");
+    assert!(lab.has("Click one, here or in the picture"));
+    lab.until("the finished picture's", |lab| !lab.has("there may be brighter ones"));
+    lab.harness.get_by_label_contains("Firefly 2: pixel x ").click_accesskit();
+    lab.until("its sample", |lab| lab.has("Mean of the pixel: with it ") && lab.has("Without it the mean falls from "));
+    lab.until("the exact mean", |lab| !lab.has("exact \u{2026}"));
+    assert!(lab.has("BSDF sample"), "the technique that drew it");
+    assert!(lab.has("The same direction under MIS, both"), "what weights would have made of it");
+    assert!(lab.has("pinned: arrow keys move"));
+    // The mark in the picture pins the same one.
+    let [x, y] = lab.firefly(1);
+    lab.key(Modifiers::NONE, Key::Escape);
+    lab.until("none is pinned", |lab| lab.has("Click one, here or in the picture"));
+    let geometry = lab.app().panes()[0].geometry().expect("a picture");
+    lab.click_at(geometry.to_screen([x, y].map(|i| i as f32 + 0.5)) + vec2(3.0, 0.0));
+    lab.harness.remove_cursor();
+    lab.until("the first", |lab| lab.has(&format!("Pixel x {x}, y {y}")) && lab.has("Without it the mean falls"));
 }

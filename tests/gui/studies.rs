@@ -114,3 +114,19 @@ fn a_scene_without_plates_has_no_plane() {
     lab.key(Modifiers::SHIFT, Key::P);
     lab.until("the reason", |lab| lab.has("The scene has none."));
 }
+
+#[test]
+fn the_map_of_the_best_c_reads_pixels_and_explains_them() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.key(Modifiers::NONE, Key::C);
+    lab.until("the whole map", |lab| lab.has("a click explains a pixel"));
+    let map = lab.rect("Map over the pixels");
+    // The wall: light samples nearly always.
+    lab.rest_on(map.lerp_inside(eframe::egui::vec2(0.5, 0.05)));
+    lab.until("the reading", |lab| lab.has(": best c 0.9") || lab.has(": best c 1.00"));
+    lab.click("Map: Loss at c = 1/2");
+    assert!(lab.has("more light samples") && lab.has("Loss: variance of one sample at c = 1/2"));
+    lab.harness.remove_cursor();
+    lab.click_at(map.lerp_inside(eframe::egui::vec2(0.5, 0.05)));
+    lab.until("the pixel", |lab| lab.has("pinned: arrow keys move") && lab.has("Explain: Numbers"));
+}

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use mislab_kernel::world::BuiltScene;
-use mislab_renderer::inspect::{Accuracy, BestMap, Inspector, Seen, best_map};
+use mislab_renderer::inspect::{Accuracy, BestMap, Inspector, Pixels, Seen, best_map};
 use mislab_renderer::{Estimator, Heuristic, ImageSettings, OneSampleWeights, Scene, Settings, Strategy, pbrt};
 use mislab_tests::experiment::{mesh_lights, veach};
 
@@ -177,4 +177,30 @@ fn odd_sizes_and_parts_of_pictures_have_maps() {
             }
         }
     }
+}
+
+#[test]
+fn curves_of_many_pixels_are_those_of_fine_quadrature_on_average() {
+    let size = [80, 60];
+    let settings = settings(size, Heuristic::Power, OneSampleWeights::Veach);
+    let built = BuiltScene::new(&veach(), &settings).expect("the scene can be built");
+    let pixels: Vec<[u32; 2]> = every(23, size).collect();
+    let cs = [0.1, 0.5, 0.8];
+    let mut ask = Pixels { scene: &built, settings: &settings, threads: 2, goes_on: &|| true };
+    let found = ask.curves(&pixels, Heuristic::Power, &cs).expect("nobody stops it");
+    assert!(found.len() > 100 && found.len() < pixels.len(), "{} of {}", found.len(), pixels.len());
+    let mut off = [0.0; 3];
+    for curve in &found {
+        let [x, y] = curve.pixel.map(|v| v as f32 + 0.5);
+        let Seen::Surface(point) = Inspector::new(&built, &settings).at_pixel(x, y) else { panic!("a surface") };
+        let exact =
+            point.tabulate(&Accuracy { relative_error: 1e-3, evaluations: 50_000 }).curve(Heuristic::Power, &cs);
+        for ((off, found), exact) in off.iter_mut().zip(&curve.at).zip(exact) {
+            assert!(found.tutorial.is_some() && exact.tutorial.is_some());
+            *off += (found.veach.expect("unbiased") / exact.veach.expect("unbiased")).ln() / pixels.len() as f64;
+        }
+    }
+    assert!(off.iter().all(|off| off.abs() < 0.02), "{off:?}");
+    ask.goes_on = &|| false;
+    assert_eq!(ask.curves(&pixels, Heuristic::Power, &cs), None);
 }

@@ -96,6 +96,24 @@ fn the_curve_has_the_second_moments_of_the_oracle() {
 }
 
 #[test]
+fn the_best_c_of_every_heuristic_is_the_lowest_point_of_its_curve() {
+    let cs: Vec<f32> = (0..=200).map(|i| i as f32 / 200.0).collect();
+    let mut compared = 0;
+    for (label, scene, target) in places(&veach()).into_iter().step_by(4) {
+        let table = through_keyhole(&scene, target, |point| point.tabulate(&Accuracy::default()));
+        for heuristic in Heuristic::ALL {
+            let Some(best) = table.best_c(heuristic, OneSampleWeights::Veach) else { continue };
+            let seconds = |cs: &[f32]| table.curve(heuristic, cs).into_iter().filter_map(|at| at.veach);
+            let lowest = seconds(&cs).fold(f64::INFINITY, f64::min);
+            let there = seconds(&[best.c]).fold(f64::INFINITY, f64::min);
+            assert!(there <= 1.001 * lowest, "{label}, {}: {best:?} has {there}, {lowest}", heuristic.name());
+            compared += 1;
+        }
+    }
+    assert!(compared > 20, "{compared} compared");
+}
+
+#[test]
 fn lights_have_their_solid_angles_densities_and_shares() {
     let mut all = places(&veach());
     all.extend(variants());

@@ -64,6 +64,7 @@ fn pane_ui(ui: &mut Ui, lab: &mut Lab, slot: usize, [viewport, clip]: [Rect; 2],
         hovered: panes.hovered(),
         pinning: studies.open == Some(Study::Explain),
         marked: studies.explain.marked().filter(|_| studies.open == Some(Study::Explain)),
+        listed: if studies.open == Some(Study::Explain) { studies.explain.listed() } else { &[] },
         turn: panes.has_turn(slot),
         selects: studies.open.is_some_and(Study::is_beside_pictures),
     };

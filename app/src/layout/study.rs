@@ -7,6 +7,7 @@ use mislab_renderer::Pace;
 use crate::lab::Lab;
 use crate::look::theme::GRID;
 use crate::panel::study::Subject;
+use crate::panel::study::best_map::best_map_ui;
 use crate::panel::study::convergence::convergence_ui;
 use crate::panel::study::explain::explain_ui;
 use crate::panel::study::grid::grid_ui;
@@ -60,6 +61,7 @@ pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, ou
             Study::Grid => grid_ui(ui, &mut studies.grid, &subject, out),
             Study::Plane => plane_ui(ui, &mut studies.plane, &subject, out),
             Study::Explain => explain_ui(ui, &mut studies.explain, &subject, out),
+            Study::BestC => best_map_ui(ui, &mut studies.best_c, &subject, out),
         });
     });
 }

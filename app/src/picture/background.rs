@@ -41,7 +41,7 @@ impl<About: PartialEq + Clone + Send + 'static, Found: Clone + Send + 'static> B
         &mut self,
         ctx: &Context,
         about: About,
-        work: impl FnOnce(&About, &mut dyn FnMut() -> bool) -> Option<Found> + Send + 'static,
+        work: impl FnOnce(&About, &mut (dyn FnMut() -> bool + Send)) -> Option<Found> + Send + 'static,
     ) -> Option<Found> {
         if let Some((known, found)) = &self.known
             && *known == about
@@ -85,7 +85,7 @@ impl<About: PartialEq + Clone + Send + 'static, Found: Clone + Send + 'static> B
         &mut self,
         ctx: &Context,
         about: About,
-        work: impl FnOnce(&About, &mut dyn FnMut() -> bool) -> Option<Found> + Send + 'static,
+        work: impl FnOnce(&About, &mut (dyn FnMut() -> bool + Send)) -> Option<Found> + Send + 'static,
     ) {
         let stop = Arc::<AtomicBool>::default();
         let (sender, found) = channel();

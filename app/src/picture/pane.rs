@@ -48,6 +48,8 @@ pub struct Subject<'a> {
     pub pinning: bool,
     /// The pixel that is explained, in coordinates of the full image.
     pub marked: Option<[u32; 2]>,
+    /// Pixels that are listed beside the pictures, in their order and the same coordinates. A click beside one pins it.
+    pub listed: &'a [[u32; 2]],
     /// The mouse selects a part with Shift.
     pub selects: bool,
     /// It is its turn to show new numbers: see [`Panes::has_turn`].
@@ -180,7 +182,15 @@ impl Pane {
             && on.pinning
             && let Some(pixel) = self.own_pixel
         {
-            out.push(Command::Pin(Some(pixel)));
+            let at = shown.response.interact_pointer_pos().zip(self.geometry);
+            let listed = at.and_then(|(at, geometry)| {
+                let distance = |pixel: &[u32; 2]| {
+                    geometry.to_screen(same_place(*pixel, [image, size]).map(|i| i as f32 + 0.5)).distance(at)
+                };
+                let nearest = on.listed.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                nearest.filter(|pixel| distance(pixel) <= LISTED).copied()
+            });
+            out.push(Command::Pin(Some(listed.unwrap_or(pixel))));
         }
         let rect = shown.response.rect.intersect(ui.clip_rect());
         let Some(content) = content else {
@@ -208,6 +218,8 @@ impl Pane {
             if let Some(at) = on.marked.map(|at| same_place(at, [image, size])) {
                 mark(ui, rect, &geometry, at);
             }
+            let listed: Vec<_> = on.listed.iter().map(|pixel| same_place(*pixel, [image, size])).collect();
+            list(ui, rect, &geometry, &listed);
         }
         if let Content::Frame(frame) = &content {
             if let Some(words) = not_drawn(layer, &frame.request().settings.estimator) {
@@ -288,6 +300,31 @@ fn mark(ui: &Ui, rect: Rect, geometry: &Geometry, at: [u32; 2]) {
     let [x, y] = at;
     response
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("Explained pixel: x {x}, y {y}")));
+}
+
+/// Half the side of the mark of a pixel that is listed, and how far from its middle a click is still about it. In points.
+const LISTED: f32 = 1.5 * GRID;
+
+/// A square around each of the pixels, with its number in the list where no other's is in the way.
+fn list(ui: &Ui, rect: Rect, geometry: &Geometry, pixels: &[[u32; 2]]) {
+    let painter = ui.painter_at(rect);
+    let half = (0.75 * geometry.scale / geometry.pixels_per_point).max(LISTED);
+    let font = egui::TextStyle::Small.resolve(ui.style());
+    let mut numbered: Vec<Rect> = Vec::new();
+    for (index, pixel) in pixels.iter().enumerate() {
+        let centre = geometry.to_screen(pixel.map(|i| i as f32 + 0.5));
+        let square = Rect::from_center_size(centre, egui::Vec2::splat(2.0 * half));
+        for (width, ink) in [(3.5, egui::Color32::from_black_alpha(190)), (1.5, egui::Color32::WHITE)] {
+            painter.rect_stroke(square, 0.0, (width, ink), egui::StrokeKind::Middle);
+        }
+        let number = painter.layout_no_wrap((index + 1).to_string(), font.clone(), egui::Color32::WHITE);
+        let plate = Align2::LEFT_BOTTOM.anchor_size(square.right_top(), number.size()).expand2(egui::vec2(2.0, 0.0));
+        if numbered.iter().all(|other| !other.intersects(plate)) {
+            painter.rect_filled(plate, 2.0, egui::Color32::from_black_alpha(190));
+            painter.galley(plate.min + egui::vec2(2.0, 0.0), number, egui::Color32::WHITE);
+            numbered.push(plate);
+        }
+    }
 }
 
 /// A sentence over the middle of the picture, where there is nothing to see.

@@ -61,6 +61,7 @@ pub fn bindings() -> Vec<Action> {
         action("Layout", "Compare with an EXR \u{2026}", "Shift+K", SHIFT, Key::K, Command::Compare),
         action("Layout", "This layer in all pictures", "L", PLAIN, Key::L, Edit::ShareLayer.into()),
         study("I", PLAIN, Key::I, Study::Explain),
+        study("C", PLAIN, Key::C, Study::BestC),
         study("G", PLAIN, Key::G, Study::Convergence),
         study("M", PLAIN, Key::M, Study::Means),
         study("P", PLAIN, Key::P, Study::Pyramid),

@@ -15,11 +15,14 @@ pub enum Study {
     Plane,
     /// What happens at one pixel: its numbers, directions and samples.
     Explain,
+    /// The best c of every pixel.
+    BestC,
 }
 
 impl Study {
     /// All of them, in the order shown to users.
-    pub const ALL: [Self; 6] = [Self::Explain, Self::Convergence, Self::Means, Self::Pyramid, Self::Grid, Self::Plane];
+    pub const ALL: [Self; 7] =
+        [Self::Explain, Self::BestC, Self::Convergence, Self::Means, Self::Pyramid, Self::Grid, Self::Plane];
 
     /// The name on screen.
     pub fn name(self) -> &'static str {
@@ -30,6 +33,7 @@ impl Study {
             Self::Grid => "Grid of pictures",
             Self::Plane => "Light size and roughness",
             Self::Explain => "Explain a pixel",
+            Self::BestC => "Best c of every pixel",
         }
     }
 
@@ -42,13 +46,14 @@ impl Study {
             Self::Grid => "grid",
             Self::Plane => "plane",
             Self::Explain => "pixel",
+            Self::BestC => "best-c",
         }
     }
 
     /// It is looked at together with the pictures; others take their place.
     pub fn is_beside_pictures(self) -> bool {
         match self {
-            Self::Convergence | Self::Means | Self::Explain => true,
+            Self::Convergence | Self::Means | Self::Explain | Self::BestC => true,
             Self::Pyramid | Self::Grid | Self::Plane => false,
         }
     }

@@ -73,14 +73,12 @@ impl Table {
                 a / (a + b)
             }
             (OneSampleWeights::Veach, Heuristic::Balance) => self.level(),
-            (OneSampleWeights::Veach, Heuristic::Power | Heuristic::Cutoff | Heuristic::Maximum) => {
-                let second = |c: f64| self.fair_second(&at(c as f32), truth).unwrap_or(f64::INFINITY);
-                let place = |k: usize| k as f64 / trials as f64;
-                let tried: Vec<f64> = (0..=trials).map(|k| second(place(k))).collect();
-                let least = (0..=trials).min_by(|&a, &b| tried[a].total_cmp(&tried[b])).unwrap_or(0);
-                let found =
-                    golden_section(&second, [place(least.saturating_sub(1)), place((least + 1).min(trials))], steps);
-                if second(found) <= tried[least] { found } else { place(least) }
+            (OneSampleWeights::Veach, Heuristic::Power) => {
+                let nodes = self.squares();
+                search(&mut |c| power_second(&nodes, c), trials, steps)
+            }
+            (OneSampleWeights::Veach, Heuristic::Cutoff | Heuristic::Maximum) => {
+                search(&mut |c| self.fair_second(&at(c as f32), truth).unwrap_or(f64::INFINITY), trials, steps)
             }
         };
         let c = c as f32;
@@ -95,14 +93,18 @@ impl Table {
         (truth > 0.0 && (inside || (mean - truth).abs() <= SAME * truth)).then_some(second)
     }
 
+    /// Of each direction that matters its share of the integral of f^2, and both densities.
+    fn squares(&self) -> Vec<[f64; 3]> {
+        self.nodes()
+            .map(|node| [node.y * node.y * node.dw, f64::from(node.p[0]), f64::from(node.p[1])])
+            .filter(|[square, light, bsdf]| *square != 0.0 && light + bsdf > 0.0)
+            .collect()
+    }
+
     /// Where the second moment with Veach's balance heuristic is level or, at an end of [0, 1], rises inwards. Newton's steps
     /// on its slope, and halves of the interval where one would leave it.
     fn level(&self) -> f64 {
-        let nodes: Vec<[f64; 3]> = self
-            .nodes()
-            .map(|node| [node.y * node.y * node.dw, f64::from(node.p[0]), f64::from(node.p[1])])
-            .filter(|[square, light, bsdf]| *square != 0.0 && light + bsdf > 0.0)
-            .collect();
+        let nodes = self.squares();
         // First and second derivative of the sum of f^2 / q.
         let slopes = |c: f64| {
             let mut slopes = [0.0; 2];
@@ -141,8 +143,39 @@ impl Table {
     }
 }
 
+/// `E Y^2` with Veach's weights and the power heuristic, `q_t = c_t p_t`: the integral of
+/// `f^2 (q_L^3 + q_B^3) / (q_L^2 + q_B^2)^2`. Infinite where a direction is not drawn at all.
+fn power_second(squares: &[[f64; 3]], c: f64) -> f64 {
+    let of = |[square, light, bsdf]: &[f64; 3]| {
+        let (q, r) = (c * light, (1.0 - c) * bsdf);
+        let (q2, r2) = (q * q, r * r);
+        square * (q2 * q + r2 * r) / ((q2 + r2) * (q2 + r2))
+    };
+    let second: f64 = squares.iter().map(of).sum();
+    if second.is_nan() { f64::INFINITY } else { second }
+}
+
+/// Where a function of c is least: among so many equal steps, then between the neighbours of the least of these.
+fn search(value: &mut dyn FnMut(f64) -> f64, trials: usize, steps: usize) -> f64 {
+    let places = (0..=trials).map(|k| k as f64 / trials as f64);
+    let tried: Vec<[f64; 2]> = places.map(|c| [c, value(c)]).collect();
+    least(&tried, steps, value)[0]
+}
+
+/// Place and value where a function of one variable is least, of which some values have been tried, at rising places: between the
+/// neighbours of the least of them, where it is to fall and then rise, by golden section in so many steps.
+pub fn least(tried: &[[f64; 2]], steps: usize, value: &mut dyn FnMut(f64) -> f64) -> [f64; 2] {
+    let Some(index) = (0..tried.len()).min_by(|&a, &b| tried[a][1].total_cmp(&tried[b][1])) else {
+        return [f64::NAN; 2];
+    };
+    let between = [tried[index.saturating_sub(1)][0], tried[(index + 1).min(tried.len() - 1)][0]];
+    let found = golden_section(value, between, steps);
+    let found = [found, value(found)];
+    if found[1] <= tried[index][1] { found } else { tried[index] }
+}
+
 /// Where a function that falls and then rises is least.
-fn golden_section(value: &impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], steps: usize) -> f64 {
+fn golden_section(value: &mut dyn FnMut(f64) -> f64, [mut a, mut b]: [f64; 2], steps: usize) -> f64 {
     let ratio = (5.0f64.sqrt() - 1.0) / 2.0;
     let (mut x, mut y) = (b - ratio * (b - a), a + ratio * (b - a));
     let (mut at_x, mut at_y) = (value(x), value(y));

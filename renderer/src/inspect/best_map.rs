@@ -4,14 +4,11 @@
 //! they tell what is between; elsewhere it is cut in four. What a single pixel has comes from a sketch of its integrand
 //! ([`Point::sketch`](super::Point::sketch)).
 
-use std::sync::Mutex;
-use std::sync::PoisonError;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
 use mislab_kernel::request::{Estimator, PixelRect, Settings, Strategy};
 use mislab_kernel::world::BuiltScene;
 
-use super::point::{Inspector, Point};
+use super::many::Pixels;
+use super::point::Point;
 use super::quadrature::Accuracy;
 use super::table::Table;
 
@@ -61,8 +58,6 @@ const TOLERANCE: [f32; 3] = [0.01, 0.02, 0.2];
 const SEARCH: [usize; 2] = [8, 8];
 /// How a pixel is looked at again whose sketch is dark.
 const DARK: Accuracy = Accuracy { relative_error: 1e-2, evaluations: 2000 };
-/// Pixels that a thread takes at a time.
-const SHARE: usize = 64;
 
 /// Works out the map on so many threads (0: one per core) and tells `report` what is known after each round, the last
 /// one included. `None` if `goes_on` says no, which is asked some hundred times a second. The estimator of the settings says
@@ -78,12 +73,12 @@ pub fn best_map(
     report: &mut dyn FnMut(&BestMap),
 ) -> Option<BestMap> {
     let bounds = settings.pixel_bounds();
-    let ask = Ask { scene, settings, threads: threads_of(threads), goes_on };
+    let ask = Ask(Pixels { scene, settings, threads, goes_on });
     let rows = bounds.min[1]..bounds.max[1];
     let all: Vec<[u32; 2]> = rows.flat_map(|y| (bounds.min[0]..bounds.max[0]).map(move |x| [x, y])).collect();
     let mut map = Growing {
         bounds,
-        shapes: ask.all(&all, |pixel| ask.shape(pixel))?,
+        shapes: ask.0.all(&all, |pixel| ask.shape(pixel))?,
         known: vec![None; bounds.area()],
         settled: vec![Value::default(); bounds.area()],
         ask,
@@ -111,10 +106,6 @@ pub fn best_map(
         report(&map.shown(step));
     }
     Some(map.shown(1))
-}
-
-fn threads_of(threads: usize) -> usize {
-    if threads > 0 { threads } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
 /// Cells that share their corners with their neighbours, over all pixels.
@@ -163,17 +154,12 @@ impl Cell {
 }
 
 /// Who answers what one pixel has.
-struct Ask<'a> {
-    scene: &'a BuiltScene,
-    settings: &'a Settings,
-    threads: usize,
-    goes_on: &'a (dyn Fn() -> bool + Sync),
-}
+struct Ask<'a>(Pixels<'a>);
 
 impl<'a> Ask<'a> {
     /// The surface at the centre of a pixel.
     fn point(&self, [x, y]: [u32; 2]) -> Option<Point<'a>> {
-        Inspector::new(self.scene, self.settings).at_pixel(x as f32 + 0.5, y as f32 + 0.5).point()
+        self.0.point(x as f32 + 0.5, y as f32 + 0.5)
     }
 
     /// Number of the shape that a pixel shows, if it may reflect.
@@ -184,7 +170,7 @@ impl<'a> Ask<'a> {
     /// What a pixel has.
     fn value(&self, pixel: [u32; 2]) -> Value {
         let Some(point) = self.point(pixel) else { return Value::default() };
-        let Estimator { heuristic, weights, .. } = self.settings.estimator;
+        let Estimator { heuristic, weights, .. } = self.0.settings.estimator;
         let [trials, steps] = SEARCH;
         let known = |table: Table| {
             let best = table.best_c_within(heuristic, weights, trials, steps)?;
@@ -199,39 +185,6 @@ impl<'a> Ask<'a> {
         let loss = if at_half.variance > 0.0 { at_half.variance / best.variance } else { 1.0 };
         let loss = loss.clamp(1.0, f64::from(BestMap::MOST)).ln() as f32;
         Value { lit: true, c: best.c, loss, mean: at_half.mean.ln() as f32 }
-    }
-
-    /// The answers for many pixels, on all threads; `None` if they are not wanted any more.
-    fn all<T: Clone + Default + Send>(
-        &self,
-        pixels: &[[u32; 2]],
-        one: impl Fn([u32; 2]) -> T + Sync,
-    ) -> Option<Vec<T>> {
-        let found = Mutex::new(vec![T::default(); pixels.len()]);
-        let (next, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let work = || {
-            loop {
-                let first = next.fetch_add(SHARE, Ordering::Relaxed);
-                if first >= pixels.len() {
-                    return;
-                }
-                if stopped.load(Ordering::Relaxed) || !(self.goes_on)() {
-                    stopped.store(true, Ordering::Relaxed);
-                    return;
-                }
-                let share = first..(first + SHARE).min(pixels.len());
-                let values: Vec<T> = pixels[share.clone()].iter().map(|pixel| one(*pixel)).collect();
-                found.lock().unwrap_or_else(PoisonError::into_inner)[share].clone_from_slice(&values);
-            }
-        };
-        std::thread::scope(|scope| {
-            for _ in 1..self.threads.min(pixels.len().div_ceil(SHARE)) {
-                // Without another thread this one does it all.
-                let _ = std::thread::Builder::new().name("best c".into()).spawn_scoped(scope, work);
-            }
-            work();
-        });
-        (!stopped.into_inner()).then(|| found.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -261,7 +214,7 @@ impl Growing<'_> {
         pixels.sort_unstable_by_key(|[x, y]| [*y, *x]);
         pixels.dedup();
         pixels.retain(|pixel| self.known[self.index(*pixel)].is_none());
-        let values = self.ask.all(&pixels, |pixel| self.ask.value(pixel))?;
+        let values = self.ask.0.all(&pixels, |pixel| self.ask.value(pixel))?;
         for (pixel, value) in pixels.into_iter().zip(values) {
             let index = self.index(pixel);
             self.known[index] = Some(value);

@@ -1,5 +1,7 @@
 //! Studies: what is looked at beside the pictures or in their place.
 
+pub mod best_map;
+pub mod best_map_job;
 pub mod cells;
 pub mod convergence;
 pub mod curves_job;
@@ -40,6 +42,8 @@ pub struct Studies {
     pub plane: plane::Plane,
     /// See [`Self::convergence`].
     pub explain: explain::Explain,
+    /// See [`Self::convergence`].
+    pub best_c: best_map::BestC,
 }
 
 impl Studies {
@@ -57,6 +61,9 @@ impl Studies {
         if self.open != Some(Study::Explain) {
             self.explain.rest();
         }
+        if self.open != Some(Study::BestC) {
+            self.best_c.rest();
+        }
     }
 
     /// Back from one enlarged picture of the study to all, or from the pixel that is pinned. False if there is none.
@@ -65,7 +72,7 @@ impl Studies {
             Some(Study::Pyramid) => self.pyramid.step_back(),
             Some(Study::Grid) => self.grid.step_back(),
             Some(Study::Explain) => self.explain.step_back(),
-            None | Some(Study::Convergence | Study::Means | Study::Plane) => false,
+            None | Some(Study::Convergence | Study::Means | Study::Plane | Study::BestC) => false,
         }
     }
 }

@@ -5,11 +5,14 @@ mod circle;
 mod curves;
 mod dome;
 mod dome_ui;
+mod fireflies;
+mod fireflies_ui;
 mod first;
 mod number;
 mod numbers;
 mod over_c;
 mod over_c_ui;
+mod part_over_c;
 mod place;
 mod sample;
 mod samples;
@@ -21,12 +24,16 @@ mod tables;
 mod trace;
 
 use eframe::egui::{Context, Key, Modifiers, Ui};
+use mislab_renderer::State;
 
 use self::dome_ui::{Hemisphere, dome_ui};
+use self::fireflies::FirefliesJob;
+use self::fireflies_ui::{Chosen, fireflies_ui};
 use self::first::FirstPixel;
 use self::numbers::{Numbers, numbers_ui};
 use self::over_c::OverCJob;
-use self::over_c_ui::over_c_ui;
+use self::over_c_ui::{Over, OverChoice, choice_ui, over_c_ui, part_over_c_ui};
+use self::part_over_c::PartsJob;
 use self::place::{Facts, Place};
 use self::sample::{Sample, sample_ui};
 use self::samples::SamplesJob;
@@ -50,11 +57,13 @@ enum Tab {
     Dome,
     OverC,
     Sample,
+    Fireflies,
     Sketch,
 }
 
 impl Tab {
-    const ALL: [Self; 6] = [Self::Numbers, Self::Slice, Self::Dome, Self::OverC, Self::Sample, Self::Sketch];
+    const ALL: [Self; 7] =
+        [Self::Numbers, Self::Slice, Self::Dome, Self::OverC, Self::Sample, Self::Fireflies, Self::Sketch];
 
     fn name(self) -> &'static str {
         match self {
@@ -63,6 +72,7 @@ impl Tab {
             Self::Dome => "Sphere",
             Self::OverC => "Best c",
             Self::Sample => "Sample",
+            Self::Fireflies => "Fireflies",
             Self::Sketch => "Sketch",
         }
     }
@@ -72,8 +82,11 @@ impl Tab {
             Self::Numbers => "Exact mean and standard deviation of every strategy, beside what was measured.",
             Self::Slice => "f, the densities and the weights along a great circle of directions.",
             Self::Dome => "The same over all directions of the hemisphere, with lights and samples.",
-            Self::OverC => "The exact variance of the one-sample model over c, and where it is least.",
+            Self::OverC => {
+                "The exact variance of the one-sample model over c, and where it is least: of the pixel, of its square, of the picture."
+            }
             Self::Sample => "One sample after the other: the formula with its numbers.",
+            Self::Fireflies => "The samples of the whole picture that outshine all others of their pixel.",
             Self::Sketch => "Eye ray, plate, lobe, lights and the last rays in the plane of incidence.",
         }
     }
@@ -95,13 +108,23 @@ pub struct Explain {
     dome: Hemisphere,
     samples: SamplesJob,
     over_c: OverCJob,
+    over: OverChoice,
+    parts: PartsJob,
     sample: Sample,
+    fireflies: FirefliesJob,
+    /// Pixels of the fireflies on screen.
+    listed: Vec<[u32; 2]>,
 }
 
 impl Explain {
     /// The pixel that is to be marked in the pictures.
     pub fn marked(&self) -> Option<[u32; 2]> {
         self.marked
+    }
+
+    /// The pixels that are listed, to be marked in the pictures as well.
+    pub fn listed(&self) -> &[[u32; 2]] {
+        &self.listed
     }
 
     /// Stays with that pixel; `None` follows the mouse again.
@@ -125,6 +148,8 @@ impl Explain {
         self.dome.rest();
         self.samples.rest();
         self.over_c.rest();
+        self.parts.rest();
+        self.fireflies.rest();
     }
 
     /// The pixel that it is about: the one that is pinned or under the mouse, or before there is any, a highlight.
@@ -143,11 +168,7 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
     let tables = place.as_ref().and_then(|place| study.tables.of(ui.ctx(), place, moving));
     let shown = tables.as_ref().map(|tables| tables.place.pixel);
     let marked = shown.filter(|_| study.pinned.is_some() || subject.cursor.is_none());
-    if marked != study.marked {
-        // The pictures of this pass have been drawn.
-        study.marked = marked;
-        ui.ctx().request_repaint_after(std::time::Duration::from_millis(1));
-    }
+    mark_again(ui.ctx(), &mut study.marked, marked);
     // What is shown is said, also while another pixel is being worked out.
     let name = tables.as_ref().map_or_else(
         || "A pixel".to_owned(),
@@ -163,6 +184,7 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
     };
     title_with_note(ui, &name, note);
     let (Some(place), Some(tables), Some(frame)) = (place, tables, frame) else {
+        mark_again(ui.ctx(), &mut study.listed, Vec::new());
         let file = subject.document.active().is_file();
         ui.label(if file {
             "This picture is from a file: how it was made is not known."
@@ -176,6 +198,17 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
     if let Some(tab) = segmented(ui, "Explain", study.tab, &choices, true, &hint) {
         study.tab = tab;
     }
+    if study.tab == Tab::Fireflies {
+        let live = &subject.pictures[subject.document.active_index()];
+        let found = study.fireflies.of(ui.ctx(), &frame, live.status().is_none_or(|status| is_still(status.state)));
+        let listed = found.iter().flat_map(|found| &found.fireflies.outliers).map(|outlier| outlier.pixel).collect();
+        mark_again(ui.ctx(), &mut study.listed, listed);
+        let exact = tables.place.is_same(&place).then_some(tables.truth);
+        let chosen = Chosen { pixel: study.pinned, exact };
+        fireflies_ui(ui, &frame, found.as_deref(), &chosen, out);
+        return;
+    }
+    mark_again(ui.ctx(), &mut study.listed, Vec::new());
     let place = if tables.place.is_same(&place) { &place } else { &tables.place };
     let surface = match &tables.facts {
         Facts::Surface(surface) if study.tab != Tab::Numbers => surface,
@@ -188,15 +221,37 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
     let estimator = subject.document.active().estimator;
     let shown = Shown { place, surface, estimator, samples: samples.as_deref(), document: subject.document };
     match study.tab {
-        Tab::Numbers => {}
+        Tab::Numbers | Tab::Fireflies => {}
         Tab::Slice => slice_ui(ui, &mut study.slice, &shown, out),
         Tab::Dome => dome_ui(ui, &mut study.dome, &shown),
-        Tab::OverC => match study.over_c.of(ui.ctx(), &tables, estimator.heuristic) {
-            Some(over_c) => over_c_ui(ui, &over_c, &shown, subject, out),
-            None => drop(caption(ui, "Working \u{2026}")),
+        Tab::OverC => match choice_ui(ui, &mut study.over) {
+            Over::Pixel => match study.over_c.of(ui.ctx(), &tables, estimator.heuristic) {
+                Some(over_c) => over_c_ui(ui, &over_c, &shown, subject, out),
+                None => drop(caption(ui, "Working \u{2026}")),
+            },
+            Over::Square | Over::Picture => match study.parts.of(ui.ctx(), &frame) {
+                Some(parts) => out.extend(part_over_c_ui(ui, &mut study.over, &parts, &shown, subject)),
+                None => drop(caption(ui, "Working \u{2026}")),
+            },
         },
         Tab::Sample => sample_ui(ui, &mut study.sample, &shown, tables.truth),
         Tab::Sketch => sketch_ui(ui, &shown),
+    }
+}
+
+/// What is to be marked in the pictures; those of this pass have been drawn.
+fn mark_again<T: PartialEq>(ctx: &Context, marks: &mut T, new: T) {
+    if *marks != new {
+        *marks = new;
+        ctx.request_repaint_after(std::time::Duration::from_millis(1));
+    }
+}
+
+/// Whether a picture gets no samples for now.
+fn is_still(state: State) -> bool {
+    match state {
+        State::Idle | State::Paused | State::Finished | State::Failed => true,
+        State::Building | State::Rendering => false,
     }
 }
 

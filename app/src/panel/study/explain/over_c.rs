@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use mislab_renderer::inspect::least;
 use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy, step_aside};
 
 use super::tables::PixelTables;
@@ -10,20 +11,40 @@ use crate::picture::background::Background;
 
 /// Places along the axis in each round, denser towards both ends, where the curves are steep; and steps of the search for
 /// the least, each of which leaves 0.62 of the interval.
-const ROUNDS: [(usize, usize); 2] = [(9, 0), (25, 10)];
+const ROUNDS: [(usize, usize); 2] = [(9, 0), (25, 12)];
 /// A mean that is off by more than this is another one's.
 const SAME: f64 = 1e-4;
+
+/// Relative variances of the one-sample model; those of both weights in the order of [`OneSampleWeights::ALL`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// c, rising from 0 to 1.
+    pub c: Vec<f64>,
+    /// At each c; `None` where the mean is another one.
+    pub variances: [Vec<Option<f64>>; 2],
+    /// c and the variance there, where that is least.
+    pub best: [Option<[f64; 2]>; 2],
+}
+
+impl Curves {
+    /// The curve of these weights, and its least.
+    pub fn of(&self, weights: OneSampleWeights) -> (&[Option<f64>], Option<[f64; 2]>) {
+        let index = OneSampleWeights::ALL.iter().position(|each| *each == weights).unwrap_or(0);
+        (&self.variances[index], self.best[index])
+    }
+}
+
+/// So many places from 0 to 1, denser towards both ends.
+pub fn places(count: usize) -> Vec<f64> {
+    (0..count).map(|i| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / (count - 1) as f64).cos()).collect()
+}
 
 /// Variances of one ray's luminance over the squared mean.
 pub struct OverC {
     /// What it was made of.
     pub tables: Arc<PixelTables>,
-    /// c, rising from 0 to 1.
-    pub c: Vec<f64>,
-    /// In the order of [`OneSampleWeights::ALL`]; `None` where the mean is another one.
-    pub curves: [Vec<Option<f64>>; 2],
-    /// c and the variance there, where that is least.
-    pub best: [Option<[f64; 2]>; 2],
+    /// Of one sample of the one-sample model.
+    pub curves: Curves,
     /// Of light samples alone, of BSDF samples alone, and of both at equal rays.
     pub others: [Option<f64>; 3],
     heuristic: Heuristic,
@@ -39,56 +60,39 @@ pub fn relative(tables: &PixelTables, truth: f64, estimator: &Estimator) -> Opti
 
 impl OverC {
     fn new(About { tables, heuristic, round }: &About, goes_on: &mut dyn FnMut() -> bool) -> Option<Self> {
-        let (truth, heuristic, (places, steps)) = (tables.truth, *heuristic, ROUNDS[*round]);
-        let c: Vec<f64> =
-            (0..places).map(|i| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / (places - 1) as f64).cos()).collect();
-        let mut curves = [Vec::new(), Vec::new()];
+        let (truth, heuristic, (count, steps)) = (tables.truth, *heuristic, ROUNDS[*round]);
+        let c = places(count);
+        let mut variances = [Vec::new(), Vec::new()];
         let mut best = [None; 2];
-        for ((curve, best), weights) in curves.iter_mut().zip(&mut best).zip(OneSampleWeights::ALL) {
-            let mut at = |c: f64| {
+        for ((curve, best), weights) in variances.iter_mut().zip(&mut best).zip(OneSampleWeights::ALL) {
+            let at = |c: f64| {
                 let estimator = Estimator { strategy: Strategy::Mis, heuristic, weights, light_prob: c as f32 };
-                goes_on().then(|| relative(tables, truth, &estimator))
+                relative(tables, truth, &estimator)
             };
             for &c in &c {
-                curve.push(at(c)?);
+                curve.push(goes_on().then(|| at(c))?);
             }
-            *best = least(&c, curve, steps, &mut at)?;
+            let tried: Vec<[f64; 2]> = c.iter().zip(&*curve).filter_map(|(c, v)| Some([*c, (*v)?])).collect();
+            if !tried.is_empty() {
+                // Nothing is worked out any more once nobody wants it.
+                let mut value = |c: f64| goes_on().then(|| at(c)).flatten().unwrap_or(f64::INFINITY);
+                *best = Some(least(&tried, steps, &mut value));
+            }
+        }
+        if !goes_on() {
+            return None;
         }
         let [light, bsdf, both] = [Strategy::Light, Strategy::Bsdf, Strategy::MisAll]
             .map(|strategy| relative(tables, truth, &Estimator { strategy, heuristic, ..Estimator::default() }));
         let others = [light, bsdf, both];
-        Some(Self { tables: tables.clone(), c, curves, best, others, heuristic, round: *round })
+        let curves = Curves { c, variances, best };
+        Some(Self { tables: tables.clone(), curves, others, heuristic, round: *round })
     }
 
     /// Whether nothing finer will come.
     pub fn is_fine(&self) -> bool {
         self.round + 1 == ROUNDS.len() && self.tables.is_final()
     }
-}
-
-/// Where a curve is least, between its places too. `None` within if nobody wants it any more.
-fn least(
-    c: &[f64],
-    curve: &[Option<f64>],
-    steps: usize,
-    at: &mut dyn FnMut(f64) -> Option<Option<f64>>,
-) -> Option<Option<[f64; 2]>> {
-    let known = || (0..c.len()).filter_map(|i| Some((i, curve[i]?)));
-    let Some((index, value)) = known().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Some(None) };
-    let (mut low, mut high) = (c[index.saturating_sub(1)], c[(index + 1).min(c.len() - 1)]);
-    let mut best = [c[index], value];
-    let ratio = 0.5 * (5.0f64.sqrt() - 1.0);
-    for _ in 0..steps {
-        let inner = [high - ratio * (high - low), low + ratio * (high - low)];
-        let [left, right] = [at(inner[0])?, at(inner[1])?].map(|value| value.unwrap_or(f64::INFINITY));
-        for (c, value) in inner.into_iter().zip([left, right]) {
-            if value < best[1] {
-                best = [c, value];
-            }
-        }
-        if left < right { high = inner[1] } else { low = inner[0] }
-    }
-    Some(Some(best))
 }
 
 /// Works them out beside the pictures.
@@ -151,7 +155,7 @@ mod tests {
         let about = About { tables, heuristic: Heuristic::Balance, round: 1 };
         let over_c = OverC::new(&about, &mut || true).expect("wanted");
         let truth = over_c.tables.truth;
-        for (best, weights) in over_c.best.iter().zip(OneSampleWeights::ALL) {
+        for (best, weights) in over_c.curves.best.iter().zip(OneSampleWeights::ALL) {
             let [c, variance] = best.expect("light arrives");
             let library = table.best_c(Heuristic::Balance, weights).expect("light arrives");
             assert!((c - f64::from(library.c)).abs() < 1e-3, "{weights:?}: {c}, the library's {}", library.c);
@@ -159,7 +163,7 @@ mod tests {
             assert!((variance - expected).abs() < 1e-4 * expected, "{weights:?}: {variance}, {expected}");
         }
         let [light, bsdf, both] = over_c.others.map(|v| v.expect("a rough plate"));
-        let veach = &over_c.curves[0];
+        let veach = &over_c.curves.variances[0];
         assert_eq!(OneSampleWeights::ALL[0], OneSampleWeights::Veach);
         assert!((veach[0].expect("unbiased") - bsdf).abs() < 1e-6 * bsdf, "at c = 0 it is BSDF samples alone");
         assert!(
@@ -167,7 +171,7 @@ mod tests {
             "at c = 1 light samples alone"
         );
         assert!(both > 0.0);
-        let tutorial = &over_c.curves[1];
+        let tutorial = &over_c.curves.variances[1];
         assert_eq!([tutorial[0], tutorial[tutorial.len() - 1]], [None, None], "biased at both ends");
     }
 }

@@ -1,62 +1,183 @@
 //! The curves over c on screen: exact ones, measured points, and the marker that is the slider.
 
+use std::sync::Arc;
+
 use eframe::egui::{
     self, Align2, Color32, CursorIcon, Rect, Role, Sense, Shape, Stroke, StrokeKind, TextStyle, Ui, Vec2, pos2, vec2,
 };
-use mislab_renderer::{OneSampleWeights, Strategy};
+use mislab_renderer::study::Part;
+use mislab_renderer::{Estimator, Frame, OneSampleWeights, Strategy};
 
 use super::axis::{Spread, plane_ui};
 use super::number::short;
 use super::numbers::{Measured, how};
-use super::over_c::OverC;
+use super::over_c::{Curves, OverC};
+use super::part_over_c::Parts;
 use super::place::Place;
 use super::shown::Shown;
 use crate::look::names::{strategy_name, weights_name};
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
 use crate::panel::study::Subject;
+use crate::panel::study::parts::part_name;
 use crate::panel::study::plot::Axes;
-use crate::panel::widgets::caption;
+use crate::panel::widgets::{caption, segmented};
+use crate::picture::live::LivePicture;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
 
-/// Draws them; faintly while they are still those of another pixel or scene.
+/// Of what the curves are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Over {
+    /// The pixel.
+    #[default]
+    Pixel,
+    /// The plate under the light that it shows.
+    Square,
+    /// All pixels.
+    Picture,
+}
+
+/// What is chosen.
+#[derive(Default)]
+pub struct OverChoice {
+    over: Over,
+    measured: Measurements,
+}
+
+/// What is drawn.
+struct Plot<'a> {
+    curves: &'a Curves,
+    /// Of light samples alone, of BSDF samples alone, and of both at equal rays, where they are known.
+    others: [Option<f64>; 3],
+    /// By weights, of the square that has the largest variance.
+    worst: Option<&'a [Vec<Option<(f64, usize)>>; 2]>,
+    points: Vec<Point>,
+    estimator: Estimator,
+    /// Name of the vertical axis.
+    y: &'static str,
+}
+
+impl Plot<'_> {
+    /// Of the weights in use.
+    fn worst(&self) -> Option<&[Option<(f64, usize)>]> {
+        let index = OneSampleWeights::ALL.iter().position(|each| *each == self.estimator.weights)?;
+        Some(&self.worst?[index])
+    }
+}
+
+/// Chooses of what the curves are.
+pub fn choice_ui(ui: &mut Ui, choice: &mut OverChoice) -> Over {
+    let choices = [(Over::Pixel, "Pixel"), (Over::Square, "Its square"), (Over::Picture, "Whole picture")];
+    let hint = |ui: &mut Ui, over: Over| {
+        ui.label(match over {
+            Over::Pixel => "Of this pixel alone.",
+            Over::Square => "Averaged over the plate under the light that the pixel is in.",
+            Over::Picture => "Averaged over the picture, and the worst of its squares.",
+        });
+    };
+    if let Some(over) = segmented(ui, "Curve", choice.over, &choices, true, &hint) {
+        choice.over = over;
+    }
+    choice.over
+}
+
+/// Draws those of a pixel; faintly while they are still those of another pixel or scene.
 pub fn over_c_ui(ui: &mut Ui, over_c: &OverC, shown: &Shown<'_>, subject: &Subject<'_>, out: &mut Vec<Command>) {
     if !over_c.tables.place.is_same(shown.place) {
         ui.multiply_opacity(0.5);
     }
-    let best = over_c.best[index(shown.estimator.weights)];
+    let (estimator, y) = (shown.estimator, "variance of one ray / mean\u{b2}");
+    let points = measured(over_c, shown, subject);
+    let plot = Plot { curves: &over_c.curves, others: over_c.others, worst: None, points, estimator, y };
+    let caption = format!(
+        "Dots: measured, with two standard errors by the fourth moment of the samples so far, which misses fireflies still to come. \
+         {}{}",
+        how(&over_c.tables),
+        if over_c.is_fine() || !over_c.tables.is_final() { "" } else { " Few places so far \u{2026}" },
+    );
+    plot_ui(ui, &plot, "this pixel", &caption, out);
+}
+
+/// Draws those of a square, or of the picture; faintly while they are still those of another picture.
+pub fn part_over_c_ui(
+    ui: &mut Ui,
+    choice: &mut OverChoice,
+    parts: &Parts,
+    shown: &Shown<'_>,
+    subject: &Subject<'_>,
+) -> Vec<Command> {
+    let mut out = Vec::new();
+    let part = match choice.over {
+        Over::Pixel | Over::Picture => Part::Whole,
+        Over::Square => match parts.square_at(shown.place.pixel) {
+            Some(index) => Part::Square(index),
+            None => {
+                ui.label("This pixel is in no square: it shows no plate under a light.");
+                return out;
+            }
+        },
+    };
+    let name = part_name(Some(&parts.cells), part);
+    let Some(average) = parts.average(part) else {
+        ui.label(format!("Light comes from none of the pixels of {name} that were looked at."));
+        return out;
+    };
+    let points = choice.measured.of(parts, part, shown, subject);
+    let worst = (part == Part::Whole && !parts.cells.squares.is_empty()).then(|| parts.worst());
+    let y = "relMSE of one ray: mean of variance / (mean\u{b2} + 0.01)";
+    let plot = Plot { curves: &average.curves, others: [None; 3], worst, points, estimator: shown.estimator, y };
+    let mut caption = String::new();
+    if let Some(worst) = plot.worst() {
+        let at = |c: f64| plot.curves.c.iter().position(|place| *place >= c).and_then(|i| worst[i]);
+        if let Some((_, square)) = at(f64::from(shown.estimator.light_prob)) {
+            let least = worst.iter().zip(&plot.curves.c).filter_map(|(v, c)| Some(((*v)?.0, c)));
+            let safest = least.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(f64::NAN, |(_, c)| *c);
+            let square = part_name(Some(&parts.cells), Part::Square(square));
+            caption = format!("Dotted: the worst square at each c, here {square}; that is least at c {safest:.2}. ");
+        }
+    }
+    let count = average.pixels.len();
+    caption.push_str(&format!(
+        "Dots: measured in the same pixels, with two standard errors. By quadrature over some hundred directions at the centres of \
+         {count} pixels{}",
+        if parts.is_fine() { "." } else { "; coarse so far \u{2026}" },
+    ));
+    plot_ui(ui, &plot, &name, &caption, &mut out);
+    out
+}
+
+fn plot_ui(ui: &mut Ui, plot: &Plot<'_>, name: &str, about: &str, out: &mut Vec<Command>) {
+    let (_, best) = plot.curves.of(plot.estimator.weights);
     let Some(best) = best else {
         ui.label("No light arrives here: there is no best c.");
         return;
     };
-    let points = measured(over_c, shown, subject);
     let small = ui.text_style_height(&TextStyle::Small);
-    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + 4.0 * small + 4.0 * GRID;
+    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + 5.0 * small + 4.0 * GRID;
     let size = vec2(ui.available_width(), (ui.available_height() - foot).max(200.0));
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, "Variance over c"));
+    response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, format!("Variance over c: {name}")));
     let label =
         ui.painter().layout_no_wrap("0.0001".into(), TextStyle::Small.resolve(ui.style()), Color32::WHITE).size().x;
     let inner = Rect::from_min_max(
         rect.min + vec2(label + 2.0 * GRID, small + GRID),
         rect.max - vec2(3.0 * GRID, 2.0 * small + 2.0 * GRID),
     );
-    let axes = Axes { rect: inner, x: [0.0, 1.0], y: heights(over_c, &points) };
+    let axes = Axes { rect: inner, x: [0.0, 1.0], y: heights(plot) };
     plane_ui(ui, &axes, Spread::Log, inner.bottom(), "");
-    names_ui(ui, rect, inner);
-    curves_ui(ui, over_c, shown, &axes);
-    points_ui(ui, &points, &axes);
+    names_ui(ui, rect, inner, plot.y);
+    curves_ui(ui, plot, &axes);
+    points_ui(ui, &plot.points, &axes);
     best_ui(ui, best, &axes);
-    marker_ui(ui, shown, &axes, out);
-    words_ui(ui, over_c, shown, best, out);
+    marker_ui(ui, &plot.estimator, &axes, out);
+    words_ui(ui, plot, best, name, out);
+    let [solid, dashed] = [OneSampleWeights::Veach, OneSampleWeights::Tutorial].map(weights_name);
+    caption(ui, format!("Solid: weights {solid}; dashed: {dashed}. {about}"));
 }
 
-fn index(weights: OneSampleWeights) -> usize {
-    OneSampleWeights::ALL.iter().position(|each| *each == weights).unwrap_or(0)
-}
-
-/// A measured variance over the squared exact mean.
+/// A measured relative variance.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Point {
     c: f64,
     variance: f64,
@@ -64,50 +185,89 @@ struct Point {
     bar: Option<f64>,
 }
 
-/// Of the pictures of the one-sample model with the same heuristic.
+/// What the pictures of the one-sample model with the same heuristic have measured in a pixel.
 fn measured(over_c: &OverC, shown: &Shown<'_>, subject: &Subject<'_>) -> Vec<Point> {
     let truth = over_c.tables.truth;
-    let of = |(slot, live): (usize, &crate::picture::live::LivePicture)| {
-        let frame = live.current_frame()?;
-        let estimator = frame.request().settings.estimator;
+    let of = |(slot, live): (usize, &LivePicture)| {
+        let frame = live.current_frame().filter(|frame| is_comparable(frame, &shown.estimator))?;
         let place = Place::of(&frame, shown.place.pixel)?;
-        if estimator.strategy != Strategy::Mis
-            || estimator.heuristic != shown.estimator.heuristic
-            || !place.is_same(&over_c.tables.place)
-        {
+        if !place.is_same(&over_c.tables.place) {
             return None;
         }
         let variance = Measured::of(&frame, shown.place.pixel)?.deviation?.powi(2) / (truth * truth);
         let own = shown.samples.filter(|_| slot == subject.document.active_index());
         let bar = own.and_then(|samples| samples.variance()).map(|[_, error]| 2.0 * error / (truth * truth));
-        (variance > 0.0).then(|| Point { c: f64::from(estimator.light_prob), variance, bar })
+        let c = f64::from(frame.request().settings.estimator.light_prob);
+        (variance > 0.0).then_some(Point { c, variance, bar })
     };
     subject.pictures.iter().enumerate().filter_map(of).collect()
 }
 
+/// Whether a frame is of the one-sample model with the same heuristic.
+fn is_comparable(frame: &Frame, estimator: &Estimator) -> bool {
+    let own = frame.request().settings.estimator;
+    own.strategy == Strategy::Mis && own.heuristic == estimator.heuristic
+}
+
+/// What pictures have measured in the pixels of a part, kept until they have more samples.
+#[derive(Default)]
+struct Measurements(Vec<(Of, Option<Point>)>);
+
+/// What was measured.
+#[derive(Clone, Copy, PartialEq)]
+struct Of {
+    slot: usize,
+    generation: u64,
+    spp: u32,
+    part: Part,
+    pixels: usize,
+}
+
+impl Measurements {
+    fn of(&mut self, parts: &Parts, part: Part, shown: &Shown<'_>, subject: &Subject<'_>) -> Vec<Point> {
+        let Some(average) = parts.average(part) else { return Vec::new() };
+        let mut measured = Vec::new();
+        for (slot, live) in subject.pictures.iter().enumerate() {
+            let comparable = |frame: &Arc<Frame>| is_comparable(frame, &shown.estimator) && parts.is_of(frame);
+            let Some(frame) = live.current_frame().filter(comparable) else { continue };
+            let pixels = average.pixels.len();
+            let of = Of { slot, generation: frame.generation(), spp: frame.spp(), part, pixels };
+            let known = self.0.iter().find(|(known, _)| *known == of).map(|(_, point)| *point);
+            let point = known.unwrap_or_else(|| {
+                let [variance, error] = average.measured(&frame)?;
+                let c = f64::from(frame.request().settings.estimator.light_prob);
+                (variance > 0.0).then_some(Point { c, variance, bar: Some(2.0 * error) })
+            });
+            measured.push((of, point));
+        }
+        self.0 = measured;
+        self.0.iter().filter_map(|(_, point)| *point).collect()
+    }
+}
+
 /// Whole decades around everything, or a part of one where all is alike.
-fn heights(over_c: &OverC, points: &[Point]) -> [f64; 2] {
-    let curves = over_c.curves.iter().flatten().chain(&over_c.others).flatten().copied();
-    let all = curves.chain(points.iter().map(|point| point.variance)).filter(|v| *v > 0.0);
+fn heights(plot: &Plot<'_>) -> [f64; 2] {
+    let curves = plot.curves.variances.iter().flatten().chain(&plot.others).flatten().copied();
+    let worst = plot.worst().into_iter().flatten().flatten().map(|(variance, _)| *variance);
+    let all = curves.chain(worst).chain(plot.points.iter().map(|point| point.variance)).filter(|v| *v > 0.0);
     let [low, high] =
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v.log10()), high.max(v.log10())]);
     if low.is_finite() { [(low - 0.1).floor(), (high + 0.1).ceil()] } else { [-1.0, 0.0] }
 }
 
-fn names_ui(ui: &Ui, rect: Rect, inner: Rect) {
+fn names_ui(ui: &Ui, rect: Rect, inner: Rect, y: &str) {
     let font = TextStyle::Small.resolve(ui.style());
     let weak = ui.visuals().weak_text_color();
-    let y = "variance of one ray / mean\u{b2}";
     ui.painter().text(pos2(inner.left(), rect.top()), Align2::LEFT_TOP, y, font.clone(), weak);
     let x = "c: probability of the light technique";
     ui.painter().text(pos2(inner.center().x, rect.bottom()), Align2::CENTER_BOTTOM, x, font, weak);
 }
 
-fn curves_ui(ui: &Ui, over_c: &OverC, shown: &Shown<'_>, axes: &Axes) {
+fn curves_ui(ui: &Ui, plot: &Plot<'_>, axes: &Axes) {
     let painter = ui.painter_at(axes.rect);
     let inks = Inks::of(ui.visuals());
     let font = TextStyle::Small.resolve(ui.style());
-    let [light, bsdf, both] = over_c.others;
+    let [light, bsdf, both] = plot.others;
     if let Some(both) = both.filter(|v| *v > 0.0) {
         let ink = inks.strategy(Strategy::MisAll);
         axes.guide(&painter, [0.5, both.log10()], 0.0, Stroke::new(1.5, ink));
@@ -117,14 +277,26 @@ fn curves_ui(ui: &Ui, over_c: &OverC, shown: &Shown<'_>, axes: &Axes) {
         painter.text(at, Align2::LEFT_TOP, name, font.clone(), ink);
     }
     let ink = inks.strategy(Strategy::Mis);
-    for (curve, weights) in over_c.curves.iter().zip(OneSampleWeights::ALL) {
-        let known = over_c.c.iter().zip(curve).filter_map(|(c, v)| Some([*c, v.filter(|v| *v > 0.0)?.log10()]));
+    let c = &plot.curves.c;
+    for weights in OneSampleWeights::ALL {
+        let (curve, _) = plot.curves.of(weights);
+        let known = c.iter().zip(curve).filter_map(|(c, v)| Some([*c, v.filter(|v| *v > 0.0)?.log10()]));
         let points: Vec<_> = known.map(|at| axes.at(at)).collect();
-        let own = weights == shown.estimator.weights;
+        let own = weights == plot.estimator.weights;
         let stroke = if own { Stroke::new(2.5, ink) } else { Stroke::new(1.5, ink.gamma_multiply(0.7)) };
         match weights {
             OneSampleWeights::Veach => painter.extend([Shape::line(points, stroke)]),
             OneSampleWeights::Tutorial => painter.extend(Shape::dashed_line(&points, stroke, 2.0 * GRID, GRID)),
+        }
+    }
+    if let Some(worst) = plot.worst() {
+        let known = c.iter().zip(worst).filter_map(|(c, v)| Some(axes.at([*c, (*v)?.0.log10()])));
+        let ink = ui.visuals().text_color();
+        let points: Vec<_> = known.collect();
+        painter.extend(Shape::dotted_line(&points, ink, 1.5 * GRID, 1.2));
+        if let Some(at) = points.get(points.len() / 2) {
+            let at = *at - vec2(0.0, GRID);
+            painter.text(at, Align2::CENTER_BOTTOM, "worst square", font.clone(), ink);
         }
     }
     for (value, c, strategy, align) in
@@ -167,10 +339,10 @@ fn best_ui(ui: &Ui, [c, variance]: [f64; 2], axes: &Axes) {
 }
 
 /// A line at c, which can be dragged: the slider itself.
-fn marker_ui(ui: &mut Ui, shown: &Shown<'_>, axes: &Axes, out: &mut Vec<Command>) {
-    let c = shown.estimator.light_prob;
+fn marker_ui(ui: &mut Ui, estimator: &Estimator, axes: &Axes, out: &mut Vec<Command>) {
+    let c = estimator.light_prob;
     let x = axes.at([f64::from(c), axes.y[0]]).x;
-    let drawn = shown.estimator.strategy == Strategy::Mis;
+    let drawn = estimator.strategy == Strategy::Mis;
     let ink = Inks::of(ui.visuals()).strategy(Strategy::Mis).gamma_multiply(if drawn { 1.0 } else { 0.5 });
     ui.painter().vline(x, axes.rect.y_range(), Stroke::new(1.5, ink));
     let grip = Rect::from_center_size(pos2(x, axes.rect.center().y), vec2(12.0, axes.rect.height() + 12.0));
@@ -188,37 +360,24 @@ fn marker_ui(ui: &mut Ui, shown: &Shown<'_>, axes: &Axes, out: &mut Vec<Command>
     }
 }
 
-fn words_ui(ui: &mut Ui, over_c: &OverC, shown: &Shown<'_>, [best, least]: [f64; 2], out: &mut Vec<Command>) {
-    let c = shown.estimator.light_prob;
-    let curve = &over_c.curves[index(shown.estimator.weights)];
-    let here = between(&over_c.c, curve, f64::from(c));
+fn words_ui(ui: &mut Ui, plot: &Plot<'_>, [best, least]: [f64; 2], name: &str, out: &mut Vec<Command>) {
+    let Estimator { light_prob: c, strategy, weights, .. } = plot.estimator;
+    let here = between(&plot.curves.c, plot.curves.of(weights).0, f64::from(c));
     ui.horizontal(|ui| {
         let words = match here {
             Some(here) => format!("c {c:.2}: {} \u{d7} the least variance", short(here / least)),
             None => format!("c {c:.2}: biased"),
         };
-        ui.label(words).hint("Variance at this c over that at the best c, for this pixel alone.");
-        let button =
-            ui.button(format!("Use c {best:.3}")).hint("Sets c to the best of this pixel, with the weights in use.");
-        if button.clicked() {
+        ui.label(words).hint(format!("Variance at this c over that at the best c, for {name}."));
+        let button = ui.button(format!("Use c {best:.3}"));
+        if button.hint(format!("Sets c to the best of {name}, with the weights in use.")).clicked() {
             out.push(Edit::SetLightProb(best as f32).into());
         }
-        let active = shown.estimator.strategy;
-        if active != Strategy::Mis && ui.button("Use MIS, one").hint("c takes part in that strategy only.").clicked() {
+        if strategy != Strategy::Mis && ui.button("Use MIS, one").hint("c takes part in that strategy only.").clicked()
+        {
             out.push(Edit::SetStrategy(Strategy::Mis).into());
         }
     });
-    let tables = &over_c.tables;
-    let [solid, dashed] = [OneSampleWeights::Veach, OneSampleWeights::Tutorial].map(weights_name);
-    caption(
-        ui,
-        format!(
-            "Solid: weights {solid}; dashed: {dashed}. Dots: measured, with two standard errors by the fourth moment of the \
-             samples so far, which misses fireflies still to come. {}{}",
-            how(tables),
-            if over_c.is_fine() || !tables.is_final() { "" } else { " Few places so far \u{2026}" },
-        ),
-    );
 }
 
 /// A curve between its places; `None` where it is not known.

@@ -5,7 +5,7 @@ use mislab_renderer::inspect::{Ray, Replayed, Technique};
 use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy};
 
 use super::number::short;
-use super::place::{angle, luminance};
+use super::place::{Place, angle, luminance};
 use super::samples::{MOST, Samples, both};
 use super::shown::Shown;
 use crate::look::theme::{GRID, Inks};
@@ -37,9 +37,8 @@ pub fn sample_ui(ui: &mut Ui, state: &mut Sample, shown: &Shown<'_>, exact: f64)
         if sample.emits {
             ui.label(format!("The camera ray hits a light: it adds {}.", short(luminance(sample.emitted))));
         }
-        let estimator = samples.place.settings.estimator;
         for ray in &sample.rays {
-            ray_ui(ui, shown, &estimator, sample, ray);
+            ray_ui(ui, &samples.place, sample, ray);
         }
         if sample.rays.is_empty() {
             ui.label("The camera ray of this sample hits nothing that reflects.");
@@ -102,7 +101,9 @@ fn mean_ui(ui: &mut Ui, samples: &Samples, index: usize, exact: f64) {
     ui.label(RichText::new(words).text_style(TextStyle::Small));
 }
 
-fn ray_ui(ui: &mut Ui, shown: &Shown<'_>, estimator: &Estimator, sample: &Replayed, ray: &Ray) {
+/// A ray of a sample of the pixel: why it was drawn, where it goes, and its contribution with all numbers.
+pub fn ray_ui(ui: &mut Ui, place: &Place, sample: &Replayed, ray: &Ray) {
+    let estimator = &place.settings.estimator;
     let inks = Inks::of(ui.visuals());
     let symbols = Symbols::both(inks);
     let (own, name, ink) = match ray.technique {
@@ -119,7 +120,7 @@ fn ray_ui(ui: &mut Ui, shown: &Shown<'_>, estimator: &Estimator, sample: &Replay
         ui.label("The light that was chosen turns its back: there is no direction, and the sample adds 0.");
         return;
     }
-    ui.label(RichText::new(direction_words(shown, sample, ray)).text_style(TextStyle::Small));
+    ui.label(RichText::new(direction_words(place, sample, ray)).text_style(TextStyle::Small));
     let weighted = both(ray, estimator);
     let number = |v: f64| text(format!(" = {}    ", short(v)));
     let f = luminance(ray.f);
@@ -224,14 +225,14 @@ fn why(estimator: &Estimator, sample: &Replayed, technique: Technique) -> String
 }
 
 /// Where the direction goes.
-fn direction_words(shown: &Shown<'_>, sample: &Replayed, ray: &Ray) -> String {
-    let off = angle(ray.wi, shown.surface.mirrored).to_degrees();
-    let tilt = angle(ray.wi, shown.surface.normal).to_degrees();
-    let point = shown.place.look(sample.drawn.pixel.map(f64::from)).point();
-    let hit = point.and_then(|point| {
-        let hit = point.direction(ray.wi).hit?;
-        shown.place.scene.shapes.get(hit.shape)?.light.as_ref().map(|light| light.name.clone())
-    });
+fn direction_words(place: &Place, sample: &Replayed, ray: &Ray) -> String {
+    let Some(point) = place.look(sample.drawn.pixel.map(f64::from)).point() else { return String::new() };
+    let off = angle(ray.wi, point.mirrored()).to_degrees();
+    let tilt = angle(ray.wi, point.normal()).to_degrees();
+    let hit = point
+        .direction(ray.wi)
+        .hit
+        .and_then(|hit| place.scene.shapes.get(hit.shape)?.light.as_ref().map(|light| light.name.clone()));
     let ends = match hit {
         Some(name) if ray.lit || ray.f != glam::Vec3::ZERO => format!("hits {name}"),
         Some(name) => format!("something is before {name}, or it lies below the surface"),
