@@ -62,7 +62,8 @@ impl Lab {
 
     /// The pixel of a firefly, by its number in the list.
     fn firefly(&self, number: usize) -> [u32; 2] {
-        let row = self.harness.get_by_label_contains(&format!("Firefly {number}: pixel x "));
+        let start = format!("Firefly {number}: pixel x ");
+        let row = self.harness.get_by_label_contains(&start);
         let words = row.accesskit_node().label().expect("a label");
         let pixel = words.split("pixel x ").nth(1).and_then(|rest| rest.split_once(", y ")).expect("its pixel");
         [pixel.0, pixel.1].map(|digits| digits.parse().expect("a number"))

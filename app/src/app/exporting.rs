@@ -80,6 +80,8 @@ impl MisLabApp {
                 Study::Convergence | Study::Means | Study::Pyramid | Study::Explain => {
                     format!("{what}, {width} x {height}, seed {}", document.seed)
                 }
+                // No samples; of the pixels of this picture.
+                Study::BestC => format!("{what}, {width} x {height}"),
                 // The one has pictures of a size of its own, which it says; the other has no samples.
                 Study::Grid | Study::Plane => what,
             }];

@@ -12,7 +12,7 @@ use super::axis::{Spread, plane_ui};
 use super::number::short;
 use super::numbers::{Measured, how};
 use super::over_c::{Curves, OverC};
-use super::part_over_c::Parts;
+use super::part_over_c::{Parts, Worst};
 use super::place::Place;
 use super::shown::Shown;
 use crate::look::names::{strategy_name, weights_name};
@@ -51,7 +51,7 @@ struct Plot<'a> {
     /// Of light samples alone, of BSDF samples alone, and of both at equal rays, where they are known.
     others: [Option<f64>; 3],
     /// By weights, of the square that has the largest variance.
-    worst: Option<&'a [Vec<Option<(f64, usize)>>; 2]>,
+    worst: Option<&'a [Worst; 2]>,
     points: Vec<Point>,
     estimator: Estimator,
     /// Name of the vertical axis.

@@ -26,9 +26,12 @@ pub struct Parts {
     round: usize,
     /// The whole picture, then its squares in their order; `None` where none of the pixels lie in one.
     averages: Vec<Option<Average>>,
-    /// By weights, the largest of the squares' variances at each c, and whose it is.
-    worst: [Vec<Option<(f64, usize)>>; 2],
+    /// By weights.
+    worst: [Worst; 2],
 }
+
+/// At each c, the largest of the squares' variances, and which square has it.
+pub type Worst = Vec<Option<(f64, usize)>>;
 
 /// What holds for one part on average.
 pub struct Average {
@@ -137,7 +140,7 @@ impl Parts {
     }
 
     /// By weights, the largest variance that a square has at each c, and which one.
-    pub fn worst(&self) -> &[Vec<Option<(f64, usize)>>; 2] {
+    pub fn worst(&self) -> &[Worst; 2] {
         &self.worst
     }
 
