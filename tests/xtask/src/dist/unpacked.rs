@@ -14,7 +14,7 @@ use crate::screen::Screen;
 /// Names of the strategies.
 pub const STRATEGIES: [&str; 4] = ["light", "bsdf", "mis_all", "mis"];
 /// Time for a window to draw, perhaps all on one core.
-const DRAWN: Duration = Duration::from_secs(12);
+const DRAWN: Duration = Duration::from_secs(20);
 /// A window with a picture in it has more colours than that: an empty one has a handful.
 const COLOURS: usize = 1000;
 
@@ -187,8 +187,9 @@ impl Unpacked {
         let mut command = self.command(self.platform.double_clicked());
         let scratch = Scratch::new()?;
         isolate(&mut command, &scratch)?;
-        let _program =
-            Running::start(command.env("DISPLAY", screen.display()).stdout(Stdio::null()).stderr(Stdio::null()))?;
+        // By what the program chooses itself.
+        command.env_remove("WGPU_BACKEND").env("DISPLAY", screen.display());
+        let _program = Running::start(command.stdout(Stdio::null()).stderr(Stdio::null()))?;
         screen.photograph(DRAWN, file)?;
         let colours = output(Command::new("identify").args(["-format", "%k"]).arg(file))?;
         match colours.trim().parse::<usize>() {
