@@ -15,8 +15,8 @@ use crate::screen::Screen;
 pub const STRATEGIES: [&str; 4] = ["light", "bsdf", "mis_all", "mis"];
 /// Time for a window to draw, perhaps all on one core.
 const DRAWN: Duration = Duration::from_secs(20);
-/// A window with a picture in it has more colours than that: an empty one has a handful.
-const COLOURS: usize = 1000;
+/// A window with a picture in it has more colours than that, grey as the picture is: an empty one has a handful.
+const COLOURS: usize = 300;
 
 /// An archive, unpacked.
 pub struct Unpacked {
