@@ -271,10 +271,13 @@ fn curves_ui(ui: &Ui, plot: &Plot<'_>, axes: &Axes) {
     if let Some(both) = both.filter(|v| *v > 0.0) {
         let ink = inks.strategy(Strategy::MisAll);
         axes.guide(&painter, [0.5, both.log10()], 0.0, Stroke::new(1.5, ink));
-        // Where c is small, the curves mostly lie above it.
-        let at = axes.at([0.02, both.log10()]) + vec2(0.0, 0.5 * GRID);
+        // Where c is small, the curves mostly lie above it; but BSDF samples alone, at c = 0, may lie where the words would.
+        let height = |value: f64| axes.at([0.0, value.log10()]).y;
+        let taken = bsdf.is_some_and(|v| v > 0.0 && (0.0..3.0 * font.size).contains(&(height(v) - height(both))));
+        let (c, align) = if taken { (0.98, Align2::RIGHT_TOP) } else { (0.02, Align2::LEFT_TOP) };
+        let at = axes.at([c, both.log10()]) + vec2(0.0, 0.5 * GRID);
         let name = format!("{}, at equal rays", strategy_name(Strategy::MisAll));
-        painter.text(at, Align2::LEFT_TOP, name, font.clone(), ink);
+        painter.text(at, align, name, font.clone(), ink);
     }
     let ink = inks.strategy(Strategy::Mis);
     let c = &plot.curves.c;
