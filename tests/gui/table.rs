@@ -48,7 +48,7 @@ fn every_column_is_in_view_at_a_desk_and_in_the_projector_view() {
     lab.click("Fill in the table");
     lab.until("the table", |lab| lab.has("small light"));
     for view in ["at a desk", "in the projector view"] {
-        lab.harness.run_steps(4);
+        lab.harness.run_steps(12);
         let window = lab.harness.get_by_role_and_label(Role::Window, "The tutorial's table").rect();
         assert!(window.left() >= 0.0 && window.right() <= 1280.0, "{view}: {window:?}");
         assert!(window.top() >= 0.0 && window.bottom() <= 720.0, "{view}: {window:?}");

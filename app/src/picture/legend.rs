@@ -113,6 +113,11 @@ struct Bar {
     here: Option<f32>,
 }
 
+/// Between two hatchings and their words.
+const BETWEEN: f32 = 3.0 * GAP;
+/// How much smaller their words may be to fit into a row.
+const SMALLER: f32 = 0.85;
+
 /// What the hatchings mean: no sample has hit yet, none can, or there is nothing to hit.
 struct Hatched {
     entries: Vec<Entry>,
@@ -242,18 +247,27 @@ impl Bar {
 impl Hatched {
     /// In the colours of the picture of that quantity, in as many rows as so little room needs.
     fn new(ui: &egui::Ui, quantity: Quantity, here: Option<Here>, available: f32) -> Self {
-        let (font, ink) = (small(ui), ui.visuals().strong_text_color());
+        let (mut font, ink) = (small(ui), ui.visuals().strong_text_color());
         let colours = tone::hatch_of(quantity, ui.visuals().dark_mode);
+        let meanings = Self::meanings(quantity);
+        let set =
+            |means: &Here, font: &FontId| ui.painter().layout_no_wrap(words(*means).to_owned(), font.clone(), ink);
+        let wide = |words: &Galley| BAR_HEIGHT + GAP + words.size().x;
+        // A little smaller rather than another row.
+        let row: f32 = meanings.iter().map(|means| wide(&set(means, &font)) + BETWEEN).sum::<f32>() - BETWEEN;
+        if (SMALLER..1.0).contains(&(available / row)) {
+            font.size = (font.size * available / row).floor();
+        }
         let (mut entries, mut size, mut at) = (Vec::new(), Vec2::ZERO, Vec2::ZERO);
-        for means in Self::meanings(quantity) {
-            let words = ui.painter().layout_no_wrap(words(*means).to_owned(), font.clone(), ink);
-            let [width, height] = [BAR_HEIGHT + GAP + words.size().x, words.size().y.max(BAR_HEIGHT)];
+        for means in meanings {
+            let words = set(means, &font);
+            let [width, height] = [wide(&words), words.size().y.max(BAR_HEIGHT)];
             if at.x > 0.0 && at.x + width > available {
                 at = vec2(0.0, size.y + GAP);
             }
             size = size.max(at + vec2(width, height));
             entries.push(Entry { means: *means, at: at + vec2(0.0, 0.5 * (height - BAR_HEIGHT)), words });
-            at.x += width + 3.0 * GAP;
+            at.x += width + BETWEEN;
         }
         Self { entries, colours, here, size }
     }
