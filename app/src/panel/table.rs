@@ -24,7 +24,7 @@ pub struct TablePanel {
     size: Option<u32>,
     job: Option<TableJob>,
     result: Option<Result<TableResult, String>>,
-    /// How wide the table was in the last pass, in points.
+    /// How wide a window the table needed in the last pass, in points.
     width: f32,
 }
 
@@ -89,7 +89,8 @@ pub fn table_ui(ctx: &egui::Context, panel: &mut TablePanel, scene: &Arc<Scene>,
             match &panel.result {
                 Some(Ok(result)) => {
                     ui.add_space(2.0 * GRID);
-                    panel.width = table_grid(ui, &result.table);
+                    let around = ui.spacing().window_margin.sum().x + 2.0 * ui.visuals().window_stroke.width;
+                    panel.width = table_grid(ui, &result.table) + around + ui.spacing().scroll.allocated_width();
                     export_ui(ui, result, folder, files);
                 }
                 Some(Err(error)) => {

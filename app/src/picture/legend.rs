@@ -116,7 +116,7 @@ struct Bar {
 /// Between two hatchings and their words.
 const BETWEEN: f32 = 3.0 * GAP;
 /// How much smaller their words may be to fit into a row.
-const SMALLER: f32 = 0.85;
+const SMALLER: f32 = 0.7;
 
 /// What the hatchings mean: no sample has hit yet, none can, or there is nothing to hit.
 struct Hatched {
@@ -254,9 +254,10 @@ impl Hatched {
             |means: &Here, font: &FontId| ui.painter().layout_no_wrap(words(*means).to_owned(), font.clone(), ink);
         let wide = |words: &Galley| BAR_HEIGHT + GAP + words.size().x;
         // A little smaller rather than another row.
-        let row: f32 = meanings.iter().map(|means| wide(&set(means, &font)) + BETWEEN).sum::<f32>() - BETWEEN;
-        if (SMALLER..1.0).contains(&(available / row)) {
-            font.size = (font.size * available / row).floor();
+        let text: f32 = meanings.iter().map(|means| set(means, &font).size().x).sum();
+        let room = available - meanings.len() as f32 * (BAR_HEIGHT + GAP + BETWEEN) + BETWEEN;
+        if (SMALLER..1.0).contains(&(room / text)) {
+            font.size = (font.size * room / text).floor();
         }
         let (mut entries, mut size, mut at) = (Vec::new(), Vec2::ZERO, Vec2::ZERO);
         for means in meanings {
