@@ -115,8 +115,8 @@ struct Bar {
 
 /// Between two hatchings and their words.
 const BETWEEN: f32 = 3.0 * GAP;
-/// How much smaller their words may be to fit into a row.
-const SMALLER: f32 = 0.7;
+/// Size in points that their words may have to fit into a row.
+const LEAST: f32 = 14.0;
 
 /// What the hatchings mean: no sample has hit yet, none can, or there is nothing to hit.
 struct Hatched {
@@ -256,8 +256,9 @@ impl Hatched {
         // A little smaller rather than another row.
         let text: f32 = meanings.iter().map(|means| set(means, &font).size().x).sum();
         let room = available - meanings.len() as f32 * (BAR_HEIGHT + GAP + BETWEEN) + BETWEEN;
-        if (SMALLER..1.0).contains(&(room / text)) {
-            font.size = (font.size * room / text).floor();
+        let fitting = (font.size * room / text).floor();
+        if (LEAST..font.size).contains(&fitting) {
+            font.size = fitting;
         }
         let (mut entries, mut size, mut at) = (Vec::new(), Vec2::ZERO, Vec2::ZERO);
         for means in meanings {
