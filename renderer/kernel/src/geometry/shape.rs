@@ -198,9 +198,9 @@ impl<L: Lanes> BallLanes<L> {
         let (along, half2) = self.chord(origin, dir);
         let half = half2.max(l.f(0.0)).sqrt();
         let (near, far) = (along - half, along + half);
-        let meets = half2.ge(l.f(0.0));
+        let hits = half2.ge(l.f(0.0));
         let infinite = l.f(f32::INFINITY);
-        let far = (meets & far.gt(t_min)).select(far, infinite);
-        (meets & near.gt(t_min)).select(near, far)
+        let far = (hits & far.gt(t_min)).select(far, infinite);
+        (hits & near.gt(t_min)).select(near, far)
     }
 }

@@ -41,15 +41,16 @@ pub(super) fn chord<L: Lanes>(
 ) -> Chord<L> {
     let zero = l.f(0.0);
     let (along, half2) = ball.chord(origin, dir);
-    let (meets, ahead) = (half2.ge(zero), along.gt(zero));
+    // Whether the whole line hits it.
+    let (line, ahead) = (half2.ge(zero), along.gt(zero));
     // Seen from outside it only has to lie ahead, however near: on its very surface it still fills half of all directions.
     if from_outside {
-        return Chord { along, half2, x: zero, inside: l.m(false), hit: meets & ahead };
+        return Chord { along, half2, x: zero, inside: l.m(false), hit: line & ahead };
     }
     let to_center = ball.center - origin;
     let x = to_center.dot(to_center) * curvature2;
     let inside = x.lt(l.f(1.0));
-    Chord { along, half2, x, inside, hit: meets & (inside | ahead) }
+    Chord { along, half2, x, inside, hit: line & (inside | ahead) }
 }
 
 /// See [`Chord::x`]; not for points next to the surface, where it would not be exact.

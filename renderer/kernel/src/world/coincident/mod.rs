@@ -1,5 +1,5 @@
 //! Surfaces where another one is, such as a lamp in the plane of a ceiling, or one listed twice. Which of the two a ray
-//! meets first would be a matter of rounding or of their order in the file, another one for camera rays and for shadow rays,
+//! hits first would be a matter of rounding or of their order in the file, another one for camera rays and for shadow rays,
 //! so it is decided once, for all rays and by value:
 //!
 //! - A flat light is raised a little above the surface, on the side that it emits from. Seen from behind, the surface is there.
@@ -245,12 +245,12 @@ fn lies_on(upper: &[BuiltLight], lower: &[BuiltLight], epsilon: f32, left: &mut 
         let down = V3::splat(Single, -upper.normal);
         for lower in lower.iter().filter_map(facet) {
             *left = left.checked_sub(in_row * in_row)?;
-            let meets = grid(upper, in_row).any(|point| {
+            let hits = grid(upper, in_row).any(|point| {
                 let from = V3::splat(Single, point + upper.normal * (ABOVE * epsilon));
                 let (distance, inside) = lower.intersect(Single, from, down);
                 inside && (distance - ABOVE * epsilon).abs() <= SAME * epsilon
             });
-            if meets {
+            if hits {
                 let same = upper.normal.dot(lower.normal) > 0.0;
                 return Some(if same { Side::Same } else { Side::Opposite });
             }
@@ -266,7 +266,7 @@ fn facet(light: &BuiltLight) -> Option<&Facet> {
     }
 }
 
-/// True if a ray down to a point of the facet, of a grid of `in_row` in a row, meets something else there.
+/// True if a ray down to a point of the facet, of a grid of `in_row` in a row, hits something else there.
 fn lies_on_surface(facet: &Facet, geometry: &BuiltGeometry, list: &List, epsilon: f32, in_row: usize) -> bool {
     let down = V3::splat(Single, -facet.normal);
     grid(facet, in_row).any(|point| {

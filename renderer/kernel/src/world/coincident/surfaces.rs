@@ -1,7 +1,7 @@
 //! Surfaces in one place that are no lights, such as a mesh listed twice, with other materials, or a rug in the plane of a
 //! floor.
 //!
-//! Where a ray meets the nearest of them is as it is; which of them it is there is asked again, for camera rays alone: no
+//! Where a ray hits the nearest of them is as it is; which of them it is there is asked again, for camera rays alone: no
 //! other ray asks what a surface is made of, and whatever lies in one plane blocks the same.
 
 use std::cmp::{Ordering, Reverse};
@@ -234,16 +234,16 @@ impl Fronts {
         self.0.is_empty()
     }
 
-    /// What is in front where a ray meets primitive `id`: another one that it meets there, or itself.
+    /// What is in front where a ray hits primitive `id`: another one that it hits there, or itself.
     pub(in crate::world) fn at(&self, geometry: &BuiltGeometry, id: u32, origin: Vec3, dir: Vec3) -> u32 {
         let first = self.0.partition_point(|[other, _]| *other < id);
-        let meets = |front: u32| match primitive(geometry, front) {
+        let hits = |front: u32| match primitive(geometry, front) {
             Primitive::Facet(facet) => facet.intersect(Single, V3::splat(Single, origin), V3::splat(Single, dir)).1,
             // Balls share all of their place.
             Primitive::Ball(_) => true,
         };
         let fronts = self.0[first..].iter().take_while(|[other, _]| *other == id);
-        fronts.map(|[_, front]| *front).find(|&front| meets(front)).unwrap_or(id)
+        fronts.map(|[_, front]| *front).find(|&front| hits(front)).unwrap_or(id)
     }
 }
 
