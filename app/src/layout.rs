@@ -70,12 +70,13 @@ fn width_taken(ui: &mut Ui, draw: impl FnOnce(&mut Ui)) -> f32 {
     (before - ui.available_width()).round()
 }
 
-fn bar_frame(ui: &Ui) -> Frame {
-    Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin::symmetric(12, 0))
+/// The ground of the window is what it is cleared with: to fill it again costs a software driver more than all that stands on it.
+fn bar_frame() -> Frame {
+    Frame::new().inner_margin(Margin::symmetric(12, 0))
 }
 
-fn column_frame(ui: &Ui) -> Frame {
-    Frame::new().fill(ui.visuals().panel_fill).inner_margin(Margin { left: 12, right: 8, top: 4, bottom: 4 })
+fn column_frame() -> Frame {
+    Frame::new().inner_margin(Margin { left: 12, right: 8, top: 4, bottom: 4 })
 }
 
 /// In a narrow window with a second row for what the first has no room for.
@@ -84,7 +85,7 @@ fn strategy_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     let room = ui.available_width() - strategy::row_width(ui) - 12.0 * GRID - 110.0 - LAYOUT_MENU - LAYER_MENU;
     let one_row = room > 140.0;
     let bar = Panel::top("strategy bar").exact_size(if one_row { BAR_ROW } else { 1.75 * BAR_ROW });
-    bar.frame(bar_frame(ui)).show(ui, |ui| {
+    bar.frame(bar_frame()).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         let row = |ui: &mut Ui, height: f32, add: &mut dyn FnMut(&mut Ui)| {
             let size = vec2(ui.available_width(), height);
@@ -147,7 +148,7 @@ fn single_caption(lab: &Lab, frame: &mislab_renderer::Frame) -> Caption {
 
 fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
     let Some(status) = lab.live().status() else { return };
-    Panel::bottom("status bar").exact_size(32.0).frame(bar_frame(ui)).show(ui, |ui| {
+    Panel::bottom("status bar").exact_size(32.0).frame(bar_frame()).show(ui, |ui| {
         ui.horizontal_centered(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0 * GRID;
             let frame = lab.live().current_frame();
@@ -165,7 +166,7 @@ fn status_bar(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 /// With the legend at its lower end if there is no other column for it.
 fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) {
     let panel = Panel::left("left column").default_size(lab.prefs.window.columns[0]).size_range(296.0..=520.0);
-    panel.frame(column_frame(ui)).show(ui, |ui| {
+    panel.frame(column_frame()).show(ui, |ui| {
         let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
         if legend {
             let strip =
@@ -188,7 +189,7 @@ fn left_column(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>)
 
 fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
     let panel = Panel::right("right column").default_size(lab.prefs.window.columns[1]).size_range(280.0..=560.0);
-    panel.frame(column_frame(ui)).show(ui, |ui| {
+    panel.frame(column_frame()).show(ui, |ui| {
         let column = ui.max_rect().expand2(vec2(3.0 * GRID, 0.0));
         let slot = *lab.document.active();
         let unit = lab.document.view.variance_unit;
@@ -208,7 +209,7 @@ fn right_column(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) {
 }
 
 fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>) {
-    let panel = Panel::bottom("caption").exact_size(height).frame(bar_frame(ui)).show_separator_line(false);
+    let panel = Panel::bottom("caption").exact_size(height).frame(bar_frame()).show_separator_line(false);
     panel.show(ui, |ui| {
         ui.spacing_mut().interact_size.y = 0.0;
         ui.spacing_mut().item_spacing.y = 0.0;

@@ -42,7 +42,7 @@ pub fn run_app(scene: Option<PathBuf>) -> Result<(), NoWindow> {
         .with_min_inner_size([960.0, 600.0])
         .with_drag_and_drop(true);
     // The toolkit is built without storage: numbers in its file that no screen can have are a panic.
-    let mut native = eframe::NativeOptions { viewport, ..Default::default() };
+    let mut native = eframe::NativeOptions { viewport, dithering: false, ..Default::default() };
     allow_large_windows(&mut native.wgpu_options);
     let options = AppOptions { scene, threads: 0, meter: Meter::of_process(), prefs, prefs_file, remark };
     let created = Arc::new(AtomicBool::new(false));

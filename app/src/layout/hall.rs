@@ -24,11 +24,11 @@ pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rec
     match hall_column(size, aspect) {
         Some(width) => {
             let panel = Panel::left("hall column").resizable(false).exact_size(width).show_separator_line(false);
-            panel.frame(column_frame(ui)).show(ui, |ui| hall_column_ui(ui, lab, out));
+            panel.frame(column_frame()).show(ui, |ui| hall_column_ui(ui, lab, out));
             CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
         }
         None => {
-            let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame(ui)).show_separator_line(false);
+            let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame()).show_separator_line(false);
             bar.show(ui, |ui| hall_bar_ui(ui, lab, out));
             caption_strip(ui, lab, HALL_CAPTION, out);
             CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner

@@ -31,7 +31,6 @@ pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<C
     let place = ui.available_rect_before_wrap();
     let cursor = lab.panes.cursor();
     lab.panes.begin_pass();
-    ui.painter().rect_filled(place, 0.0, ui.visuals().panel_fill);
     match lab.document.arrangement() {
         Arrangement::One => pane_ui(ui, lab, 0, [place, place], legend, out),
         arrangement @ (Arrangement::Beside | Arrangement::Four) => {

@@ -35,7 +35,6 @@ pub(super) fn divide(stage: Rect, study: Option<Study>) -> [Option<Rect>; 2] {
 
 /// Draws the study that is open.
 pub(super) fn study_ui(ui: &mut Ui, lab: &mut Lab, study: Study, place: Rect, out: &mut Vec<Command>) {
-    ui.painter().rect_filled(place, 0.0, ui.visuals().panel_fill);
     let frame = Frame::new().inner_margin(Margin::same(GRID as i8 * 3));
     ui.scope_builder(UiBuilder::new().id_salt("study").max_rect(place), |ui| {
         ui.set_clip_rect(place.intersect(ui.clip_rect()));

@@ -15,8 +15,8 @@ struct Uniforms {
     intercept: f32,
     hatch_frequency: f32,
     stale: f32,
-    encoding_target: u32,
     clipped_from: f32,
+    padding: u32,
     surround: vec4<f32>,
     hatch_a: vec4<f32>,
     hatch_b: vec4<f32>,
@@ -43,19 +43,16 @@ const UNLIT = -8.50705866596322149530e37;
 @group(0) @binding(1) var planes: texture_2d_array<f32>;
 @group(0) @binding(2) var tables: texture_2d<f32>;
 
-// What the fragments branch by comes from the vertices, the same for all three: Mesa's software driver compiles a shader
-// that branches by uniforms again for every draw, and keeps what it has compiled.
-struct Choices {
-    @builtin(position) position: vec4<f32>,
-    @location(0) @interpolate(flat) kind: u32,
-    @location(1) @interpolate(flat) tone_map: u32,
-    @location(2) @interpolate(flat) encoding_target: u32,
-}
+// What the fragments branch by is known when a pipeline is made: Mesa's software driver works out all branches for every pixel,
+// whichever is taken.
+override KIND: u32;
+override TONE_MAP: u32;
+override ENCODING_TARGET: bool;
 
 @vertex
-fn vertex(@builtin(vertex_index) i: u32) -> Choices {
+fn vertex(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
     let corner = vec2<f32>(f32(i & 1u), f32(i >> 1u));
-    return Choices(vec4<f32>(corner * 4.0 - 1.0, 0.0, 1.0), u.kind, u.tone_map, u.encoding_target);
+    return vec4<f32>(corner * 4.0 - 1.0, 0.0, 1.0);
 }
 
 // By bits: compilers may assume that no comparison ever sees a NaN or an infinity.
@@ -86,11 +83,11 @@ fn filmic(linear: f32) -> f32 {
     return min((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 1.0);
 }
 
-fn tone_map(exposed: f32, by: u32) -> f32 {
-    if by == LINEAR {
+fn tone_map(exposed: f32) -> f32 {
+    if TONE_MAP == LINEAR {
         return clamp(exposed, 0.0, 1.0);
     }
-    if by == FILMIC {
+    if TONE_MAP == FILMIC {
         return srgb_encode(filmic(exposed));
     }
     return srgb_encode(clamp(exposed, 0.0, 1.0));
@@ -119,7 +116,7 @@ fn cross_hatch_at(at: vec2<f32>) -> vec3<f32> {
     return mix(u.hatch_a.rgb, u.hatch_b.rgb, max(stripes(at), stripes(other)));
 }
 
-fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
+fn colour(pixel: vec2<i32>, at: vec2<f32>) -> vec3<f32> {
     let v = textureLoad(planes, pixel, 0, 0).r;
     if v == UNHIT {
         return hatch_at(at);
@@ -130,20 +127,19 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     if v == UNLIT {
         return u.hatch_a.rgb;
     }
-    if by.kind == COLOUR {
+    if KIND == COLOUR {
         let rgb = vec3<f32>(v, textureLoad(planes, pixel, 1, 0).r, textureLoad(planes, pixel, 2, 0).r);
         if !(is_finite(rgb.r) && is_finite(rgb.g) && is_finite(rgb.b)) || any(rgb < vec3<f32>(0.0)) {
             return u.invalid.rgb;
         }
         let exposed = rgb * u.gain + u.offset;
-        let map = by.tone_map;
-        let mapped = vec3<f32>(tone_map(exposed.r, map), tone_map(exposed.g, map), tone_map(exposed.b, map));
+        let mapped = vec3<f32>(tone_map(exposed.r), tone_map(exposed.g), tone_map(exposed.b));
         return select(mapped, mapped * stripes(at), any(exposed > vec3<f32>(u.clipped_from)));
     }
     if is_nan(v) {
         return hatch_at(at);
     }
-    if by.kind == SIGNED {
+    if KIND == SIGNED {
         if !is_finite(v) {
             return u.invalid.rgb;
         }
@@ -152,7 +148,7 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
     if !is_finite(v) || v < -WEIGHT_SLACK {
         return u.invalid.rgb;
     }
-    if by.kind == WEIGHT {
+    if KIND == WEIGHT {
         if v > 1.0 + WEIGHT_SLACK {
             return u.invalid.rgb;
         }
@@ -165,14 +161,14 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>, by: Choices) -> vec3<f32> {
 }
 
 @fragment
-fn fragment(by: Choices) -> @location(0) vec4<f32> {
-    let at = by.position.xy - u.viewport;
+fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+    let at = position.xy - u.viewport;
     let pixel = floor((at - u.origin) * u.inv_scale);
     var shown = u.surround.rgb;
     if all(pixel >= u.bounds.xy) && all(pixel < u.bounds.zw) {
-        shown = mix(colour(vec2<i32>(pixel - u.bounds.xy), at, by), shown, STALE_FADE * u.stale);
+        shown = mix(colour(vec2<i32>(pixel - u.bounds.xy), at), shown, STALE_FADE * u.stale);
     }
-    if by.encoding_target != 0u {
+    if ENCODING_TARGET {
         shown = vec3<f32>(srgb_decode(shown.r), srgb_decode(shown.g), srgb_decode(shown.b));
     }
     return vec4<f32>(shown, 1.0);

@@ -1,8 +1,9 @@
 //! Planes on the GPU: a pipeline for all pictures, a texture for each.
 
+use std::collections::HashMap;
 use std::future::Future;
 use std::pin::pin;
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::task::{Context, Poll, Waker};
 
 use eframe::egui_wgpu::{self, CallbackResources, CallbackTrait, ScreenDescriptor, wgpu};
@@ -25,9 +26,11 @@ pub struct FilmPipeline {
     device: wgpu::Device,
     queue: wgpu::Queue,
     layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::RenderPipeline,
+    shader: wgpu::ShaderModule,
+    target: wgpu::TextureFormat,
+    /// By [`Uniforms::variant`], made when they are first needed.
+    variants: Arc<Mutex<HashMap<[u32; 2], wgpu::RenderPipeline>>>,
     tables: wgpu::TextureView,
-    encoding_target: bool,
 }
 
 impl FilmPipeline {
@@ -51,13 +54,56 @@ impl FilmPipeline {
                 ],
             });
             Self {
-                pipeline: pipeline(device, &layout, *target_format),
+                shader: device.create_shader_module(wgpu::include_wgsl!("display.wgsl")),
+                target: *target_format,
+                variants: Arc::default(),
                 tables: tables(device, queue),
                 layout,
                 device: device.clone(),
                 queue: queue.clone(),
-                encoding_target: target_format.is_srgb(),
             }
+        })
+    }
+
+    /// The shader, compiled for these settings; `None` if the device refuses it.
+    fn variant(&self, uniforms: &Uniforms) -> Option<wgpu::RenderPipeline> {
+        let variant = uniforms.variant();
+        let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = variants.get(&variant) {
+            return Some(pipeline.clone());
+        }
+        let pipeline = checked(&self.device, || self.compile(variant))?;
+        Some(variants.entry(variant).or_insert(pipeline).clone())
+    }
+
+    fn compile(&self, [kind, tone_map]: [u32; 2]) -> wgpu::RenderPipeline {
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("picture"),
+            bind_group_layouts: &[Some(&self.layout)],
+            immediate_size: 0,
+        });
+        let encodes = f64::from(u8::from(self.target.is_srgb()));
+        let constants = [("KIND", f64::from(kind)), ("TONE_MAP", f64::from(tone_map)), ("ENCODING_TARGET", encodes)];
+        self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("picture"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &self.shader,
+                entry_point: Some("vertex"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.shader,
+                entry_point: Some("fragment"),
+                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+                targets: &[Some(self.target.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
         })
     }
 
@@ -115,10 +161,10 @@ impl FilmTexture {
             film.planes = Arc::downgrade(planes);
         }
         Some(Painter {
-            pipeline: self.shared.pipeline.clone(),
+            pipeline: self.shared.variant(&uniforms)?,
             bind_group: film.bind_group.clone(),
             buffer: self.uniforms.clone(),
-            uniforms: uniforms.with_encoding_target(self.shared.encoding_target),
+            uniforms,
         })
     }
 
@@ -222,40 +268,6 @@ fn texture_type(filterable: bool, view_dimension: wgpu::TextureViewDimension) ->
         view_dimension,
         multisampled: false,
     }
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    target: wgpu::TextureFormat,
-) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::include_wgsl!("display.wgsl"));
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("picture"),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("picture"),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("fragment"),
-            compilation_options: Default::default(),
-            targets: &[Some(target.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }
 
 /// The colour tables, one row each.

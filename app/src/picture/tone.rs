@@ -74,10 +74,10 @@ pub struct Uniforms {
     hatch_frequency: f32,
     /// 0 a valid picture, 1 a stale one.
     stale: f32,
-    /// 1 if the framebuffer encodes sRGB by itself.
-    encoding_target: u32,
     /// Exposed numbers above this are striped.
     clipped_from: f32,
+    /// Colours lie at multiples of 16 bytes.
+    padding: u32,
     surround: [f32; 4],
     hatch_a: [f32; 4],
     hatch_b: [f32; 4],
@@ -117,8 +117,8 @@ impl Uniforms {
             intercept,
             hatch_frequency: (HATCH_PERIOD * geometry.pixels_per_point).recip(),
             stale: 0.0,
-            encoding_target: 0,
             clipped_from: if view.mark_clipped { clipped_from(view.tone_map) } else { f32::MAX },
+            padding: 0,
             surround: encoded(surround(dark)),
             hatch_a,
             hatch_b,
@@ -131,9 +131,9 @@ impl Uniforms {
         Self { stale, ..self }
     }
 
-    /// The same picture for a framebuffer that encodes sRGB by itself, or for one that does not.
-    pub fn with_encoding_target(self, encodes: bool) -> Self {
-        Self { encoding_target: u32::from(encodes), ..self }
+    /// Number of the kind, and of the tone map where that makes a difference: what the shader is compiled for.
+    pub fn variant(&self) -> [u32; 2] {
+        [self.kind, if self.kind == Kind::Colour as u32 { self.tone_map } else { 0 }]
     }
 
     /// The same picture with `factor` by `factor` physical pixels drawn as one.
