@@ -14,6 +14,8 @@ use crate::state::view::ViewState;
 
 /// Pixels on each side of the grid that is looked at: enough for a shape and a share.
 const SIDE: u32 = 96;
+/// They lie in groups of so many by so many, as the film keeps pixels: of which it works out one or all.
+const RUN: [u32; 2] = [8, 2];
 /// It follows the picture at most this often.
 const INTERVAL: Duration = Duration::from_millis(150);
 
@@ -72,7 +74,7 @@ impl Histogram {
         let (bounds, channels) = (frame.bounds(), layer.channels());
         let place = |axis: usize| {
             let (from, length) = (bounds.min[axis], bounds.max[axis] - bounds.min[axis]);
-            (0..SIDE.min(length)).map(move |i| from + (2 * i + 1) * length / (2 * SIDE.min(length)))
+            places(length, RUN[axis]).map(move |at| from + at)
         };
         let pixels: Vec<[u32; 2]> = place(1).flat_map(|y| place(0).map(move |x| [x, y])).collect();
         let mut planes = vec![0.0; channels.len() * pixels.len()];
@@ -107,9 +109,37 @@ impl Histogram {
     }
 }
 
+/// Where along an axis of that length the pixels are, in runs.
+fn places(length: u32, run: u32) -> impl Iterator<Item = u32> {
+    let count = SIDE.min(length);
+    (0..count).map(move |i| {
+        if length == count {
+            return i;
+        }
+        let middle = (2 * (i / run) + 1) * length / (2 * (SIDE / run));
+        (middle / run * run).min(length - run) + i % run
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn places_are_different_and_everywhere() {
+        for length in [1, 7, 95, 96, 97, 100, 800, 4001] {
+            for run in RUN {
+                let places: Vec<u32> = places(length, run).collect();
+                assert_eq!(places.len() as u32, length.min(SIDE));
+                assert!(
+                    places.is_sorted_by(|a, b| a < b) && *places.last().unwrap_or(&0) < length,
+                    "{length}: {places:?}"
+                );
+                let widest = places.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(1);
+                assert!(widest <= (run * length).div_ceil(SIDE) + run, "{length}: {places:?}");
+            }
+        }
+    }
 
     #[test]
     fn bars_follow_the_exposure() {
