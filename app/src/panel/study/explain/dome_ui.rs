@@ -133,6 +133,7 @@ pub fn dome_ui(ui: &mut Ui, state: &mut Hemisphere, shown: &Shown<'_>) {
             || {
                 let what = match state.image {
                     Image::Weight => "Amber: w_L 1, blue: 0".to_owned(),
+                    Image::Curve(_) | Image::Value if drawn.largest <= 0.0 => "Dark: nothing".to_owned(),
                     Image::Curve(_) | Image::Value => {
                         format!("Yellow: {}, each colour of five down a tenth; dark: nothing", short(drawn.largest))
                     }
@@ -190,6 +191,7 @@ fn overlay_ui(ui: &Ui, shown: &Shown<'_>, disc: &Disc, rect: Rect) {
     let inside = |[x, y]: [f64; 2]| x.hypot(y) <= 1.0;
     painter.circle_stroke(rect.center(), 0.5 * rect.width(), Stroke::new(1.0, ui.visuals().weak_text_color()));
     let font = TextStyle::Small.resolve(ui.style());
+    let mut named: Vec<Rect> = Vec::new();
     for light in &shown.surface.lights {
         let middle = light.centre.as_dvec3();
         let (u, v) = middle.any_orthonormal_pair();
@@ -202,9 +204,18 @@ fn overlay_ui(ui: &Ui, shown: &Shown<'_>, disc: &Disc, rect: Rect) {
         if ring.is_empty() {
             continue;
         }
-        let name = at(disc.place(light.centre)) + vec2(0.0, -GRID);
+        let outline = Rect::from_points(&ring);
         painter.add(Shape::line(ring, Stroke::new(1.5, Color32::WHITE)));
-        painter.text(name, Align2::CENTER_BOTTOM, &light.name, font.clone(), Color32::WHITE);
+        // Over it or under it, wherever no other name is.
+        let name = painter.layout_no_wrap(light.name.clone(), font.clone(), Color32::WHITE);
+        let places = [
+            Align2::CENTER_BOTTOM.anchor_size(outline.center_top() - vec2(0.0, 0.5 * GRID), name.size()),
+            Align2::CENTER_TOP.anchor_size(outline.center_bottom() + vec2(0.0, 0.5 * GRID), name.size()),
+        ];
+        if let Some(place) = places.into_iter().find(|place| !named.iter().any(|other| other.intersects(*place))) {
+            painter.galley(place.min, name, Color32::WHITE);
+            named.push(place);
+        }
     }
     let peak = disc.place(shown.surface.mirrored);
     if inside(peak) {

@@ -297,9 +297,12 @@ fn curves_ui(ui: &Ui, plot: &Plot<'_>, axes: &Axes) {
         let ink = ui.visuals().text_color();
         let points: Vec<_> = known.collect();
         painter.extend(Shape::dotted_line(&points, ink, 1.5 * GRID, 1.2));
-        if let Some(at) = points.get(points.len() / 2) {
-            let at = *at - vec2(0.0, GRID);
-            painter.text(at, Align2::CENTER_BOTTOM, "worst square", font.clone(), ink);
+        if let Some(middle) = points.get(points.len() / 2) {
+            let words = painter.layout_no_wrap("worst square".into(), font.clone(), ink);
+            // Above all of the curve that they are as wide as.
+            let below = points.iter().filter(|at| (at.x - middle.x).abs() <= 0.5 * words.size().x + GRID);
+            let top = below.map(|at| at.y).fold(middle.y, f32::min) - GRID;
+            painter.galley(pos2(middle.x - 0.5 * words.size().x, top - words.size().y), words, ink);
         }
     }
     for (value, c, strategy, align) in
