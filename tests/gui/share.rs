@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Context, Event, RawInput, pos2};
+use eframe::egui::{Context, Event, Modifiers, PointerButton, RawInput, pos2};
 use mislab::AppOptions;
 use mislab::state::edit::{Edit, SppTarget};
 use mislab::state::passes::{self, Meter, Passes, Quiet};
@@ -44,8 +44,14 @@ fn dear_passes_make_frames_rare_and_input_makes_them_come() {
     }
     assert!(seen.iter().all(|spp| *spp == before), "{before}, then {seen:?}");
 
-    lab.harness.event(Event::PointerMoved(pos2(300.0, 300.0)));
-    assert!(look(&mut lab).1.is_zero(), "the hand moves");
+    let at = pos2(300.0, 300.0);
+    lab.harness.event(Event::PointerMoved(at));
+    assert!(!look(&mut lab).1.is_zero(), "a mouse that is only moved needs no newer picture");
+    for pressed in [true, false] {
+        let modifiers = Modifiers::default();
+        lab.harness.event(Event::PointerButton { pos: at, button: PointerButton::Primary, pressed, modifiers });
+    }
+    assert!(look(&mut lab).1.is_zero(), "a button was pressed");
     lab.until("a newer frame", |lab| lab.app().live().current_frame().is_some_and(|frame| frame.spp() > before));
 
     // A change nobody's hand has made, once it is quiet again.

@@ -6,7 +6,7 @@ use eframe::egui::Context;
 use mislab_renderer::blind::{Dark, blind_materials, dark_materials, dark_pixels};
 use mislab_renderer::{Frame, Request};
 
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// For each pixel of the full image what it is; `None` while that is not known.
 pub type Darks = Option<Arc<Vec<Dark>>>;
@@ -68,7 +68,9 @@ impl DarkSpots {
     pub fn of(&mut self, ctx: &Context, frame: &Frame) -> Darks {
         let about = About(frame.request().clone());
         // Without a thread nothing is marked; the caption says it all the same.
-        let found = self.background.of(ctx, about.clone(), |About(request), _| Some(Arc::new(dark_pixels(request))));
+        let found = self
+            .background
+            .of(ctx, about.clone(), Effort::Soon, |About(request), _| Some(Arc::new(dark_pixels(request))));
         if let Some(found) = found {
             self.last = Some((about.clone(), found));
         }

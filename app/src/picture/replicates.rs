@@ -6,7 +6,7 @@ use eframe::egui::Context;
 use mislab_renderer::Request;
 use mislab_renderer::study::Replicated;
 
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// Of the active picture, as far as it is known.
 pub struct Replicates {
@@ -39,7 +39,7 @@ impl Replicates {
             return;
         };
         request.settings.sampling.spp = None;
-        self.found = self.background.of(ctx, About(request), |About(request), goes_on| {
+        self.found = self.background.of(ctx, About(request), Effort::Soon, |About(request), goes_on| {
             // Where it fails, the picture itself does and says why.
             Replicated::measure(request, 1, goes_on).ok().flatten()
         });

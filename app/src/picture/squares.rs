@@ -6,7 +6,7 @@ use eframe::egui::Context;
 use mislab_renderer::study::Cells;
 use mislab_renderer::{ImageSettings, PixelRect, Renderer, Request, Scene};
 
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// The squares of one picture, as far as they are known.
 pub struct Squares(Background<About, Arc<Cells>>);
@@ -35,7 +35,7 @@ impl Squares {
     /// Those of a picture; none while they are not known, and where the picture itself cannot be rendered.
     pub fn of(&mut self, ctx: &Context, request: &Request) -> Option<Arc<Cells>> {
         let about = About { scene: request.scene.clone(), image: request.settings.image };
-        self.0.of(ctx, about, |of, goes_on| {
+        self.0.of(ctx, about, Effort::Soon, |of, goes_on| {
             let cells = Cells::of(&Renderer::in_background(1), &of.scene, of.image, goes_on);
             cells.ok().flatten().map(Arc::new)
         })

@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Context, RawInput, plugin::Plugin};
+use eframe::egui::{Context, Event, RawInput, plugin::Plugin};
 use mislab_renderer::Spent;
 
 use crate::state::share::Share;
@@ -37,6 +37,10 @@ impl Default for Meter {
 pub struct Passes {
     share: Share,
     meter: Meter,
+    /// Mouse buttons that are down.
+    pressed: usize,
+    /// Something that follows the mouse has asked for the next pass.
+    follows: bool,
     /// How many want quiet.
     quiet: usize,
 }
@@ -45,7 +49,27 @@ impl Passes {
     /// Of this machine.
     pub fn new(meter: Meter) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        Self { share: Share::new(cores), meter, quiet: 0 }
+        Self { share: Share::new(cores), meter, pressed: 0, follows: false, quiet: 0 }
+    }
+}
+
+impl Passes {
+    /// Whether somebody does something. A mouse that is only moved is followed, but for that the picture need not be newer.
+    fn acts(&mut self, events: &[Event]) -> bool {
+        let mut acts = false;
+        for event in events {
+            match event {
+                Event::PointerMoved(_) | Event::MouseMoved(_) => acts |= self.pressed > 0,
+                Event::PointerButton { pressed, .. } => {
+                    self.pressed = if *pressed { self.pressed + 1 } else { self.pressed.saturating_sub(1) };
+                    acts = true;
+                }
+                // A button may be let go where the window does not see it.
+                Event::PointerGone | Event::WindowFocused(false) => self.pressed = 0,
+                _ => acts = true,
+            }
+        }
+        acts
     }
 }
 
@@ -56,10 +80,12 @@ impl Plugin for Passes {
 
     fn input_hook(&mut self, _ctx: &Context, input: &mut RawInput) {
         let now = Instant::now();
-        if !input.events.is_empty() || !input.dropped_files.is_empty() {
+        let acts = self.acts(&input.events) || !input.dropped_files.is_empty();
+        if acts {
             self.share.freshen(now);
         }
-        self.share.begin_pass(now, (self.meter.0)());
+        let follows = std::mem::take(&mut self.follows) || !input.events.is_empty();
+        self.share.begin_pass(now, (self.meter.0)(), follows && !acts);
     }
 }
 
@@ -82,6 +108,12 @@ pub fn are_rare(ctx: &Context) -> bool {
 /// There is news: asks for a pass as soon as one is due.
 pub fn for_news(ctx: &Context) {
     for_news_in(ctx, SOON);
+}
+
+/// There is something new of what follows the mouse: asks for a pass now.
+pub fn for_hand(ctx: &Context) {
+    ctx.with_plugin(|passes: &mut Passes| passes.follows = true);
+    ctx.request_repaint_after(SOON);
 }
 
 /// There will be news in a while: asks for a pass then, or when one is due after that.

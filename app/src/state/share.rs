@@ -10,7 +10,7 @@ use mislab_renderer::Spent;
 
 /// Share of the processor time that drawing may take while pictures are rendered: a fifth, less what rendering loses to it
 /// in caches and in passes that end for a frame.
-const SHARE: f64 = 0.14;
+const SHARE: f64 = 0.12;
 /// After input or a change nothing is slowed for so long.
 const FRESH: Duration = Duration::from_secs(1);
 /// The longest time between two passes: something else may have taken the processor time.
@@ -26,6 +26,8 @@ pub struct Share {
     cores: f64,
     /// The last pass, and what had been spent by then.
     last: Option<(Spent, Instant)>,
+    /// The last pass followed the mouse: it is nothing that the next picture has to wait for.
+    followed: bool,
     /// What the process spends in a second.
     rate: Spent,
     /// What passes have cost that has not been paid.
@@ -38,7 +40,7 @@ impl Share {
     /// On so many cores, with nothing drawn yet.
     pub fn new(cores: usize) -> Self {
         let rate = Spent::default();
-        Self { cores: cores as f64, last: None, rate, debt: 0.0, fresh_until: None, due: None }
+        Self { cores: cores as f64, last: None, followed: false, rate, debt: 0.0, fresh_until: None, due: None }
     }
 
     /// There was input or a change: passes come as they are asked for.
@@ -47,14 +49,16 @@ impl Share {
         self.due = None;
     }
 
-    /// A pass begins; so much has been spent since the program started, beside rendering by drawing.
-    pub fn begin_pass(&mut self, now: Instant, spent: Spent) {
+    /// A pass begins, perhaps only because the mouse was moved; so much has been spent since the program started, beside rendering
+    /// by drawing.
+    pub fn begin_pass(&mut self, now: Instant, spent: Spent, follows: bool) {
         let (before, then) = self.last.replace((spent, now)).unwrap_or((spent, now));
         let seconds = now.saturating_duration_since(then).as_secs_f64();
         self.follow(seconds, [spent.all - before.all, spent.beside_rendering - before.beside_rendering]);
         let allowance = self.allowance();
         // A pass costs at its beginning, and the time until the next one pays: it is the one before that is paid by now.
-        let cost = (spent.beside_rendering - before.beside_rendering).max(0.0);
+        let cost = if self.followed { 0.0 } else { (spent.beside_rendering - before.beside_rendering).max(0.0) };
+        self.followed = follows && self.due.is_some_and(|due| now < due);
         let fresh = self.fresh_until.is_some_and(|until| now < until);
         let owed = (self.debt - allowance * seconds).max(0.0) + cost;
         self.debt = if fresh { 0.0 } else { owed.min(allowance * LONGEST.as_secs_f64()) };
@@ -121,7 +125,7 @@ mod tests {
         fn run(&mut self, from: f64, to: f64, cost: f64) -> Vec<f64> {
             let (mut now, mut passes) = (from, Vec::new());
             while now < to {
-                self.share.begin_pass(self.at(now), self.spent);
+                self.share.begin_pass(self.at(now), self.spent, false);
                 passes.push(now);
                 let due = self.share.due(self.at(now)).duration_since(self.start).as_secs_f64();
                 let next = due.max(now + 1.0 / 30.0);
@@ -134,7 +138,7 @@ mod tests {
 
     #[test]
     fn dear_passes_take_their_share_and_no_more() {
-        for (cores, gets, cost) in [(2, 2.0, 0.1), (2, 2.0, 0.03), (8, 8.0, 0.5), (1, 1.0, 0.02), (2, 0.4, 0.1)] {
+        for (cores, gets, cost) in [(2, 2.0, 0.1), (2, 2.0, 0.03), (8, 8.0, 0.5), (1, 1.0, 0.02), (2, 0.5, 0.1)] {
             let mut window = Window::new(cores, gets);
             window.run(0.0, 10.0, cost);
             let taken = window.run(10.0, 110.0, cost).len() as f64 * cost / (100.0 * gets);
@@ -165,8 +169,8 @@ mod tests {
         let fresh = window.run(10.0, 11.0, 0.05);
         assert!(fresh.len() >= 29, "{} in the first second", fresh.len());
         let after = window.run(11.0, 21.0, 0.05);
-        assert!(after[1] - after[0] < 0.2, "a stall of {} s", after[1] - after[0]);
-        assert!((52..=62).contains(&after.len()), "{} in the ten after", after.len());
+        assert!(after[1] - after[0] < 0.25, "a stall of {} s", after[1] - after[0]);
+        assert!((44..=54).contains(&after.len()), "{} in the ten after", after.len());
     }
 
     #[test]
@@ -176,7 +180,7 @@ mod tests {
         // An animation that nobody's hand has begun, for ten seconds: pictures still move.
         let (mut now, mut moved, mut due) = (10.0, 0, window.share.due(window.at(10.0)));
         while now < 20.0 {
-            window.share.begin_pass(window.at(now), window.spent);
+            window.share.begin_pass(window.at(now), window.spent, false);
             window.draw(0.05, 0.05);
             if due <= window.at(now) {
                 moved += 1;
@@ -188,6 +192,22 @@ mod tests {
         // It ends, and has not to be paid for ten times over.
         let after = window.run(20.0, 30.0, 0.1);
         assert!(after[1] - after[0] <= 2.0 && after.len() > 20, "{after:?}");
+    }
+
+    #[test]
+    fn pictures_come_as_often_while_the_mouse_is_followed() {
+        let mut window = Window::new(2, 2.0);
+        let still = window.run(0.0, 20.0, 0.1).len();
+        // Ten times a second, as dear as all the others.
+        let (mut now, mut moved) = (20.0, 0);
+        while now < 40.0 {
+            let pictures = window.share.due(window.at(now)) <= window.at(now);
+            window.share.begin_pass(window.at(now), window.spent, true);
+            window.draw(0.1, 0.1);
+            moved += usize::from(pictures);
+            now += 0.1;
+        }
+        assert!(moved.abs_diff(still) <= still / 4, "{moved} in twenty seconds instead of {still}");
     }
 
     #[test]

@@ -1,14 +1,13 @@
-//! The directions of a pixel as a disc: what is seen in each, worked out beside the pictures, coarse, then fine.
+//! The directions of a pixel as a disc: what is seen in each, coarse at once, then fine, worked out beside the pictures.
 
 use std::sync::Arc;
 
 use eframe::egui::Context;
 use glam::{DVec3, Vec3};
 use mislab_renderer::inspect::Direction;
-use mislab_renderer::step_aside;
 
 use super::place::{Place, Surface};
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// Directions along a side.
 const SIDES: [usize; 2] = [40, 160];
@@ -126,7 +125,7 @@ impl Default for DomeJob {
 }
 
 impl DomeJob {
-    /// What is known so far or, before anything is, of the disc before.
+    /// What is known so far; at least the coarse one. `None` where nothing reflects.
     pub fn of(&mut self, ctx: &Context, place: &Place, normal: Vec3, disc: Disc) -> Option<Arc<Dome>> {
         let mut about = About { place: place.clone(), normal, disc, side: SIDES[0] };
         let same = |dome: &&Arc<Dome>| dome.about.place.is_same(place) && dome.about.disc == disc;
@@ -136,10 +135,11 @@ impl DomeJob {
             }
             about.side = SIDES[1];
         }
-        let found = self.0.of(ctx, about, |about, goes_on| {
-            step_aside();
-            Dome::new(about, goes_on).map(Arc::new)
-        });
+        let found = if about.side == SIDES[0] {
+            self.0.at_once(about, |about| Dome::new(about, &mut || true).map(Arc::new))
+        } else {
+            self.0.of(ctx, about, Effort::Aside, |about, goes_on| Dome::new(about, goes_on).map(Arc::new))
+        };
         found.or_else(|| self.0.known().cloned())
     }
 

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use eframe::egui::Context;
 use mislab_renderer::inspect::{Fireflies, Search, fireflies, suspects_of_frame};
 use mislab_renderer::kernel::lanes::Lanewise;
-use mislab_renderer::{Frame, Request, step_aside};
+use mislab_renderer::{Frame, Request};
 
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// How many are listed.
 pub const COUNT: usize = 8;
@@ -70,10 +70,7 @@ impl FirefliesJob {
         let asked = told.unwrap_or(&now).clone();
         self.asked = Some(asked.clone());
         let looked_at = frame.clone();
-        let found = self.job.of(ctx, asked, |_, goes_on| {
-            step_aside();
-            search(looked_at, goes_on).map(Arc::new)
-        });
+        let found = self.job.of(ctx, asked, Effort::Aside, |_, goes_on| search(looked_at, goes_on).map(Arc::new));
         if last && found.as_ref().is_some_and(|found| found.about.spp < now.spp) {
             self.asked = Some(now);
             ctx.request_repaint();

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use mislab_renderer::Scene;
 use mislab_renderer::plane::Square;
 use mislab_renderer::projection::Projector;
-use mislab_renderer::{Scene, step_aside};
 
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 use crate::state::document::Document;
 
 /// Looks for it beside the pictures.
@@ -35,8 +35,7 @@ impl FirstPixel {
     /// Where a plate shows a light; in a scene without such, the middle of the picture.
     pub fn of(&mut self, ctx: &Context, document: &Document) -> Option<[u32; 2]> {
         let about = About { scene: document.scene.clone(), resolution: document.image.resolution };
-        self.0.of(ctx, about, |about, goes_on| {
-            step_aside();
+        self.0.of(ctx, about, Effort::Aside, |about, goes_on| {
             goes_on().then(|| highlight(about).unwrap_or(about.resolution.map(|n| n / 2)))
         })
     }

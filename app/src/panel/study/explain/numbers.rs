@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{Context, Grid, RichText, ScrollArea, TextStyle, Ui, vec2};
-use mislab_renderer::{Channel, Estimator, Frame, Strategy, step_aside};
+use mislab_renderer::{Channel, Estimator, Frame, Strategy};
 
 use super::number::short;
 use super::place::{Facts, Place, Surface, angle, luminance};
@@ -14,7 +14,7 @@ use crate::panel::hint::Hint as _;
 use crate::panel::number::{three_digits, two_digits};
 use crate::panel::study::Subject;
 use crate::panel::widgets::caption;
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// Further from the exact mean than so many standard errors, a measured one does not agree: chance does that once in 370.
 const AGREES: f64 = 3.0;
@@ -130,13 +130,18 @@ impl Numbers {
     /// `None` until they are known of this pixel.
     fn exact(&mut self, ctx: &Context, tables: &Arc<PixelTables>, estimators: [Estimator; 4]) -> Option<[Exact; 4]> {
         let about = About { tables: tables.clone(), estimators };
-        let found = self.job.of(ctx, about, |about, goes_on| {
-            step_aside();
-            goes_on().then(|| Found {
+        let find = |about: &About| {
+            Some(Found {
                 exact: about.estimators.map(|estimator| about.tables.sample(&estimator)),
                 place: about.tables.place.clone(),
             })
-        });
+        };
+        // Of a single point: what follows the mouse would always be a pass behind the tables.
+        let found = if tables.count == 1 {
+            self.job.at_once(about, find)
+        } else {
+            self.job.of(ctx, about, Effort::Aside, move |about, goes_on| if goes_on() { find(about) } else { None })
+        };
         let found = found.as_ref().or_else(|| self.job.known());
         found.filter(|found| found.place.is_same(&tables.place)).map(|found| found.exact)
     }

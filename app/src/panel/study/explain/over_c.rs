@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use eframe::egui::Context;
 use mislab_renderer::inspect::least;
-use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy, step_aside};
+use mislab_renderer::{Estimator, Heuristic, OneSampleWeights, Strategy};
 
 use super::tables::PixelTables;
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// Places along the axis in each round, denser towards both ends, where the curves are steep; and steps of the search for
 /// the least, each of which leaves 0.62 of the interval.
@@ -126,10 +126,9 @@ impl OverCJob {
             Some(over_c) if over_c.round + 1 < ROUNDS.len() => over_c.round + 1,
             Some(over_c) => return Some(over_c.clone()),
         };
-        let found = self.0.of(ctx, About { tables: tables.clone(), heuristic, round }, |about, goes_on| {
-            step_aside();
-            OverC::new(about, goes_on).map(Arc::new)
-        });
+        let effort = if round == 0 && tables.count == 1 { Effort::Brief } else { Effort::Aside };
+        let about = About { tables: tables.clone(), heuristic, round };
+        let found = self.0.of(ctx, about, effort, |about, goes_on| OverC::new(about, goes_on).map(Arc::new));
         found.or_else(|| self.0.known().cloned())
     }
 

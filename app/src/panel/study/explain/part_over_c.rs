@@ -7,10 +7,10 @@ use mislab_renderer::inspect::{PixelCurve, Pixels};
 use mislab_renderer::kernel::world::BuiltScene;
 use mislab_renderer::metrics::RELMSE_EPSILON;
 use mislab_renderer::study::{Cells, Part};
-use mislab_renderer::{Channel, Frame, PixelRect, Request, step_aside};
+use mislab_renderer::{Channel, Frame, PixelRect, Request};
 
 use super::over_c::{Curves, places};
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 use crate::picture::squares::Squares;
 
 /// Values of c.
@@ -216,8 +216,7 @@ impl PartsJob {
         let known = self.job.known().filter(|parts| parts.is_of(frame)).cloned();
         let round = known.as_ref().map_or(0, |parts| (parts.round + 1).min(ROUNDS.len() - 1));
         let about = About { request: frame.request().clone(), built: frame.scene().clone(), cells, round };
-        let found = self.job.of(ctx, about, |about, goes_on| {
-            step_aside();
+        let found = self.job.of(ctx, about, Effort::Aside, |about, goes_on| {
             let goes_on = Mutex::new(goes_on);
             let wanted = || goes_on.lock().unwrap_or_else(PoisonError::into_inner)();
             Parts::new(about, &wanted).map(Arc::new)

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use eframe::egui::Context;
 use mislab_renderer::inspect::{Direction, Ray, Replayed, Weighted, replay};
 use mislab_renderer::kernel::lanes::Lanewise;
-use mislab_renderer::{Estimator, Settings, step_aside};
+use mislab_renderer::{Estimator, Settings};
 
 use super::place::Place;
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// Of more samples only so many are replayed.
 pub const MOST: u32 = 256;
@@ -86,10 +86,10 @@ impl SamplesJob {
     /// The samples that the picture has so far; until they are replayed, those that were before.
     pub fn of(&mut self, ctx: &Context, place: &Place, spp: u32) -> Option<Arc<Samples>> {
         let about = About { place: place.clone(), count: spp.min(MOST) };
-        let found = self.0.of(ctx, about, |about, goes_on| {
-            step_aside();
+        let work = |about: &About, goes_on: &mut (dyn FnMut() -> bool + Send)| {
             Samples::new(&about.place, about.count, goes_on).map(Arc::new)
-        });
+        };
+        let found = self.0.of(ctx, about, Effort::Aside, work);
         found.or_else(|| self.0.known().filter(|samples| samples.place.is_same(place)).cloned())
     }
 

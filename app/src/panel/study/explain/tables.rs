@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use eframe::egui::Context;
 use mislab_renderer::inspect::{Accuracy, Seen, Table};
-use mislab_renderer::{Estimator, Strategy, step_aside};
+use mislab_renderer::{Estimator, Strategy};
 
 use super::place::{Facts, Place, luminance};
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
 
 /// Gauss points of one axis of the pixel in each round, and how exactly to integrate over directions at each of them. The last
 /// is for edges, which pass through the pixel whatever is done; and what is tabulated is asked some hundred times.
@@ -189,8 +189,8 @@ impl TablesJob {
         let Some(round) = round.filter(|round| *round == 0 || !moving) else { return known };
         let before = known.clone();
         let ask = Ask { place: place.clone(), round };
-        let found = self.0.of(ctx, ask, move |ask, goes_on| {
-            step_aside();
+        let effort = if round == 0 { Effort::Brief } else { Effort::Aside };
+        let found = self.0.of(ctx, ask, effort, move |ask, goes_on| {
             PixelTables::new(&ask.place, ask.round, before.as_deref(), goes_on).map(Arc::new)
         });
         found.or_else(|| self.0.known().cloned())

@@ -1,13 +1,11 @@
-//! What is seen along a part of a great circle, worked out beside the pictures: coarse, then fine.
+//! What is seen along a part of a great circle: coarse at once, then fine, worked out beside the pictures.
 
 use std::sync::Arc;
 
-use eframe::egui::Context;
-use mislab_renderer::step_aside;
-
 use super::circle::{Circle, Sight, along};
 use super::place::Place;
-use crate::picture::background::Background;
+use crate::picture::background::{Background, Effort};
+use eframe::egui::Context;
 
 /// Angles asked about.
 const COUNTS: [usize; 2] = [96, 768];
@@ -66,8 +64,7 @@ impl Default for TraceJob {
 }
 
 impl TraceJob {
-    /// What is known of it so far or, before anything is, of the one before: what follows a hand shows that rather than
-    /// nothing.
+    /// What is known of it so far; at least the coarse one, which takes no time. `None` where nothing reflects.
     pub fn of(&mut self, ctx: &Context, place: &Place, part: Part) -> Option<Arc<Trace>> {
         let mut about = About { place: place.clone(), part, count: COUNTS[0] };
         let known = self.0.known().filter(|trace| trace.about.is_same_part(&about)).cloned();
@@ -77,13 +74,16 @@ impl TraceJob {
             }
             about.count = COUNTS[1];
         }
-        let found = self.0.of(ctx, about, |about, goes_on| {
-            step_aside();
+        let look = |about: &About| {
             let Part { circle, range, edges } = &about.part;
-            let point = about.place.point().filter(|_| goes_on())?;
-            let sights = along(&point, circle, *range, about.count, edges);
+            let sights = along(&about.place.point()?, circle, *range, about.count, edges);
             Some(Arc::new(Trace { about: about.clone(), sights }))
-        });
+        };
+        let found = if about.count == COUNTS[0] {
+            self.0.at_once(about, look)
+        } else {
+            self.0.of(ctx, about, Effort::Aside, move |about, goes_on| if goes_on() { look(about) } else { None })
+        };
         found.or_else(|| self.0.known().cloned())
     }
 
