@@ -15,17 +15,17 @@ pub struct Draws<L: Lanes> {
 }
 
 impl<L: Lanes> Draws<L> {
-    /// For the dimensions that are wanted, as where one light is.
+    /// For the dimensions that are wanted, as where nothing is chosen among several.
     #[inline(always)]
     pub fn new(l: L, settings: &SamplerSettings, wanted: [bool; Dimension::ALL.len()]) -> Self {
         Self::among(l, settings, wanted, 1)
     }
 
-    /// For the dimensions that are wanted, where so many lights are.
+    /// For the dimensions that are wanted, where choices fall into so many parts.
     #[inline(always)]
-    pub fn among(l: L, settings: &SamplerSettings, wanted: [bool; Dimension::ALL.len()], lights: usize) -> Self {
+    pub fn among(l: L, settings: &SamplerSettings, wanted: [bool; Dimension::ALL.len()], parts: usize) -> Self {
         let techniques = wanted[Dimension::Technique as usize];
-        let sampler = Sampler::new(settings, wanted, lights);
+        let sampler = Sampler::new(settings, wanted, parts);
         Self { l, sampler, pixels: Pixels::new(l, l.u(0)), patch: 0, techniques }
     }
 

@@ -205,7 +205,8 @@ fn weights_hint(ui: &mut Ui, weights: OneSampleWeights) {
 
 /// What a sampler is, with the points of a pixel.
 fn sampler_hint(ui: &mut Ui, kind: SamplerKind, document: &Document) {
-    let (sampling, lights) = (&document.sampling(), document.scene.light_shapes().count());
+    let sampling = &document.sampling();
+    let parts = document.active().estimator.parts(document.scene.light_shapes().count());
     let (what, file) = match kind {
         SamplerKind::Stratified => (
             "One sample in each cell of a grid, and one in each row and column of a grid as fine as there are samples. One \
@@ -236,7 +237,7 @@ fn sampler_hint(ui: &mut Ui, kind: SamplerKind, document: &Document) {
     let strata =
         if sampling.sampler.kind.has_strata() { sampling.sampler.strata } else { SamplerSettings::strata_for(count) };
     let sampling = Sampling { sampler: SamplerSettings { kind, strata, ..sampling.sampler }, ..*sampling };
-    points_ui(ui, &points(&sampling, lights, [0, 0], count));
+    points_ui(ui, &points(&sampling, parts, [0, 0], count));
     let remark = format!("In a scene file: Sampler \"{file}\"; on the command line: {}", kind.name());
     hint::lines(ui, what, &[&remark]);
 }

@@ -6,9 +6,9 @@ use mislab_kernel::request::{PerTechnique, Sampling, Strategy};
 use mislab_kernel::sampler::{Dimension, Pixels, Sampler, Which, patch_key, pixel_keys};
 
 /// The first `count` points of the pixel (x, y) in the unit square that directions are drawn from: `(u, v)` before any
-/// choice has taken its part of u, where there are so many `lights`. Of padded samplers, the points of the BSDF technique.
-pub fn points(sampling: &Sampling, lights: usize, [x, y]: [u32; 2], count: u32) -> Vec<[f32; 2]> {
-    let mut sampler = Sampler::new(&sampling.sampler, Dimension::wanted(Strategy::Bsdf, false, false), lights);
+/// choice has taken one of so many `parts` of u ([`mislab_kernel::request::Estimator::parts`]). Of padded samplers, the points of the BSDF technique.
+pub fn points(sampling: &Sampling, parts: usize, [x, y]: [u32; 2], count: u32) -> Vec<[f32; 2]> {
+    let mut sampler = Sampler::new(&sampling.sampler, Dimension::wanted(Strategy::Bsdf, false, false), parts);
     let mut pixels = Pixels::new(Single, pixel_keys(Single, sampling.seed, Wrapping(x), Wrapping(y)));
     let patch = patch_key(sampling.seed, [x, y].map(|v| v / SIDE * SIDE));
     let point = |index| {

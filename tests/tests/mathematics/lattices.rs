@@ -75,16 +75,20 @@ fn every_cell_and_every_slot_of_either_axis_gets_one_sample_of_each_round() {
     }
 }
 
-/// Where the lights share out other columns evenly, directions have cells of those; what each light has of them is whole cells,
+/// Where choices share out other columns evenly, directions have cells of those; what each light has of them is whole cells,
 /// and the position in the pixel keeps its own.
 #[test]
-fn lights_have_whole_cells_where_that_can_be() {
-    for (pixel_cells, lights, [nx, ny]) in [
+fn choices_have_whole_cells_where_that_can_be() {
+    for (pixel_cells, parts, [nx, ny]) in [
         ([6, 6], 4, [12, 3]),
         ([6, 6], 9, [9, 4]),
         ([6, 6], 3, [6, 6]),
         ([6, 6], 5, [6, 6]),
-        ([6, 6], 18, [6, 6]),
+        // Two of them share a column.
+        ([6, 6], 18, [9, 4]),
+        ([8, 8], 8, [16, 4]),
+        ([9, 8], 8, [12, 6]),
+        ([4, 4], 4, [8, 2]),
         ([8, 8], 4, [8, 8]),
         ([8, 8], 65, [8, 8]),
         ([10, 10], 4, [20, 5]),
@@ -94,7 +98,7 @@ fn lights_have_whole_cells_where_that_can_be() {
         let n = nx * ny;
         let wanted = Dimension::wanted(Strategy::MisAll, true, true);
         for x in 0..5 {
-            let mut sampler = Draws::among(Single, &strata(pixel_cells, false), wanted, lights);
+            let mut sampler = Draws::among(Single, &strata(pixel_cells, false), wanted, parts);
             sampler.start(once::key(3, x, 4), once::patch(3, x, 4));
             let (mut cells, mut rows) = (vec![[0; 3]; n as usize], vec![[0; 2]; n as usize]);
             for i in 0..n {
@@ -107,8 +111,8 @@ fn lights_have_whole_cells_where_that_can_be() {
                 let ([u, v], [nx, ny]) = (two(&drawn, Dimension::Pixel), pixel_cells);
                 cells[part(u, nx) + nx as usize * part(v, ny)][2] += 1;
             }
-            assert!(cells.iter().all(|count| *count == [1; 3]), "{pixel_cells:?}, {lights} lights: {cells:?}");
-            assert!(rows.iter().all(|count| *count == [1; 2]), "{pixel_cells:?}, {lights} lights: {rows:?}");
+            assert!(cells.iter().all(|count| *count == [1; 3]), "{pixel_cells:?}, {parts} parts: {cells:?}");
+            assert!(rows.iter().all(|count| *count == [1; 2]), "{pixel_cells:?}, {parts} parts: {rows:?}");
         }
     }
 }

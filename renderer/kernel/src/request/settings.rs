@@ -271,6 +271,13 @@ impl Estimator {
             _ => None,
         }
     }
+
+    /// Into how many equal parts a uniform number falls that chooses the technique and one of so many lights; as many as there are
+    /// lights, where those of the light technique are not whole parts of it.
+    pub fn parts(&self, lights: usize) -> usize {
+        let all = if self.strategy == Strategy::Mis { lights as f32 / self.light_prob } else { lights as f32 };
+        if all.fract() == 0.0 && all <= u16::MAX.into() { all as usize } else { lights }
+    }
 }
 
 /// Where the random numbers come from, and how many samples are taken.
@@ -374,5 +381,17 @@ impl Settings {
             ));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn choices_fall_into_whole_parts() {
+        let of = |strategy, light_prob| Estimator { strategy, light_prob, ..Estimator::default() }.parts(4);
+        assert_eq!([Strategy::Light, Strategy::Bsdf, Strategy::MisAll].map(|strategy| of(strategy, 0.5)), [4; 3]);
+        assert_eq!([0.5, 0.25, 1.0, 0.3, 0.0, 1e-30].map(|c| of(Strategy::Mis, c)), [8, 16, 4, 4, 4, 4]);
     }
 }

@@ -111,8 +111,10 @@ impl<L: Lanes> Pixels<L> {
 }
 
 impl Sampler {
-    /// A sampler for the dimensions that are wanted, where there are so many lights.
-    pub fn new(settings: &SamplerSettings, wanted: [bool; COUNT], lights: usize) -> Self {
+    /// A sampler for the dimensions that are wanted, where choices fall into so many parts ([`Estimator::parts`]).
+    ///
+    /// [`Estimator::parts`]: crate::request::Estimator::parts
+    pub fn new(settings: &SamplerSettings, wanted: [bool; COUNT], parts: usize) -> Self {
         let SamplerSettings { kind, strata, jitter } = *settings;
         let rows_and_columns = if kind == SamplerKind::Stratified { strata } else { [1; 2] };
         Self {
@@ -126,7 +128,7 @@ impl Sampler {
             strata: Strata::new(strata[0] * strata[1]),
             order: [[0; RUN + 1]; COUNT],
             lattice: Lattice::NOTHING,
-            strata_lattice: StrataLattice::new(rows_and_columns, jitter, lights),
+            strata_lattice: StrataLattice::new(rows_and_columns, jitter, parts),
         }
     }
 

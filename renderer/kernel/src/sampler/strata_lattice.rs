@@ -11,7 +11,7 @@
 //! the slots in a column, and y by random numbers of its own, which keeps all of that (the samples of a
 //! column are 1/m apart along y) and makes each sample uniform; in each round of N samples by others.
 //!
-//! A light takes its part of x (`numbers.rs`), and with it whole columns where they share out evenly among the lights. So that
+//! A technique and a light take their part of x (`numbers.rs`), and with it whole columns where they share out evenly. So that
 //! they do, the lattice of directions may have other cells than that of the position in the pixel ([`shared_out`]).
 //!
 //! Everything is counted in units of 2^-32, so that a rotation of the unit interval is one addition.
@@ -54,18 +54,24 @@ pub(super) struct Cells {
 /// the place in a slot there (one addition, [`super::lattice::shifted`]).
 pub(super) type Turn<L> = [<L as Lanes>::U; 3];
 
-/// The cells of directions where the pixel has these and there are so many lights: as many in all, in at most twice the columns
-/// so that the lights share them out evenly, if that can be: each light then has whole cells. With 6 x 6 and four lights, 12 x 3.
-fn shared_out([n, m]: [u32; 2], lights: usize) -> [u32; 2] {
-    let even = |columns: &u32| (n * m).is_multiple_of(*columns) && (*columns as usize).is_multiple_of(lights);
-    let columns = (n..=2 * n).find(even).unwrap_or(n);
+/// The cells of directions where the pixel has these and choices fall into so many parts: as many in all, in at most twice the columns
+/// so that each part has whole ones, if that can be, and two rather than one. With 6 x 6 and four lights, 12 x 3; with 8 x 8, four lights
+/// and either technique as often, 16 x 4. Where it cannot be, pairs of parts share.
+fn shared_out([n, m]: [u32; 2], parts: usize) -> [u32; 2] {
+    let of = |parts: u32, least: u32| {
+        (n.max(least)..=2 * n).find(|columns| (n * m).is_multiple_of(*columns) && columns.is_multiple_of(parts))
+    };
+    let parts = u32::try_from(parts).unwrap_or(u32::MAX).max(1);
+    let halves = std::iter::successors(Some(parts), |parts| parts.is_multiple_of(2).then_some(parts / 2));
+    let columns = halves.filter_map(|parts| of(parts, parts.saturating_mul(2)).or_else(|| of(parts, 1))).next();
+    let columns = columns.unwrap_or(n);
     [columns, n * m / columns]
 }
 
 impl StrataLattice {
-    /// For n x m samples, and directions to one of so many lights.
-    pub(super) fn new(strata: [u32; 2], jitter: bool, lights: usize) -> Self {
-        let [pixel, direction] = [strata, shared_out(strata, lights)].map(Cells::new);
+    /// For n x m samples, and choices that fall into so many parts.
+    pub(super) fn new(strata: [u32; 2], jitter: bool, parts: usize) -> Self {
+        let [pixel, direction] = [strata, shared_out(strata, parts)].map(Cells::new);
         Self { jitter, orders: Orders::new(strata[0] * strata[1]), pixel, direction }
     }
 
@@ -202,5 +208,29 @@ impl Parts {
         );
         let (first, second) = (bits >> 16, bits & l.u(0xffff));
         first * high + ((first * low) >> 16) + ((second * high) >> 16) + l.u(MARGIN)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_have_whole_columns_where_they_can() {
+        let expected = [
+            ([6, 6], 4, [12, 3]),
+            ([8, 8], 4, [8, 8]),
+            ([8, 8], 8, [16, 4]),
+            // Nine rows cannot be cut into eights: pairs of parts have three columns.
+            ([9, 8], 8, [12, 6]),
+            ([4, 4], 4, [8, 2]),
+            ([8, 8], 1, [8, 8]),
+            ([8, 8], 5, [8, 8]),
+            ([1, 1], 4, [1, 1]),
+            ([7, 7], 65, [7, 7]),
+        ];
+        for (strata, parts, cells) in expected {
+            assert_eq!(shared_out(strata, parts), cells, "{strata:?} in {parts}");
+        }
     }
 }

@@ -49,7 +49,7 @@ impl Job<'_> {
         let (estimator, sampling) = (Estimator { strategy, ..settings.estimator }, settings.sampling);
         let mut invalid = 0;
         let wanted = Dimension::wanted(strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
-        let mut sampler = Sampler::new(&sampling.sampler, wanted, scene.lights.list.len());
+        let mut sampler = Sampler::new(&sampling.sampler, wanted, estimator.parts(scene.lights.list.len()));
         let one_sample = strategy == Strategy::Mis;
         let mut random = sampler.nothing(l);
         let packet = Packet { place: (0, 0), corner: [l.f(0.0); 2], pixels: Pixels::new(l, l.u(0)) };

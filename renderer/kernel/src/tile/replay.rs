@@ -107,7 +107,8 @@ impl Task for ReplaySample<'_> {
         let near = scene.culled(patch);
 
         let wanted = Dimension::wanted(settings.estimator.strategy, scene.lights.list.len() > 1, scene.has_two_lobes);
-        let mut sampler = Sampler::new(&settings.sampling.sampler, wanted, scene.lights.list.len());
+        let parts = settings.estimator.parts(scene.lights.list.len());
+        let mut sampler = Sampler::new(&settings.sampling.sampler, wanted, parts);
         sampler.start(index, 1);
         sampler.enter(l, patch_key(settings.sampling.seed, patch));
         let mut pixels = Pixels::new(l, pixel_keys(l, settings.sampling.seed, columns, rows));
