@@ -31,8 +31,8 @@ fn four_pictures_become_a_figure_with_their_captions() {
     lab.settle_all();
     let rects = lab.picture_rects();
     lab.key(Modifiers::COMMAND, Key::E);
-    lab.until("the file", |lab| lab.has("Exported small_mis_all_2spp_layout.png to"));
-    let (size, pixels) = png(&lab.file("small_mis_all_2spp_layout.png"));
+    lab.until("the file", |lab| lab.has("Exported small_layout.png to"));
+    let (size, pixels) = png(&lab.file("small_layout.png"));
     let both = rects[3].right() - rects[0].left();
     assert!((size[0] as f32 - 2.0 * both).abs() <= 2.0, "two pixels a point: {size:?} of {both} points");
     assert!(size[1] as f32 > 2.0 * (rects[3].bottom() - rects[0].top()), "with captions");
@@ -44,7 +44,7 @@ fn four_pictures_become_a_figure_with_their_captions() {
     let light = count(&pixels[..pixels.len() / 2], |[r, g, b]| r == 255 && g == 255 && b == 255);
     assert!(light > 4000, "{light} white pixels");
     lab.key(Modifiers::COMMAND, Key::E);
-    lab.until("the next name", |lab| lab.file("small_mis_all_2spp_layout_2.png").exists());
+    lab.until("the next name", |lab| lab.file("small_layout_2.png").exists());
 }
 
 #[test]
@@ -92,8 +92,8 @@ fn a_study_becomes_an_svg_and_pictures_do_not() {
     assert!(lab.has("An SVG is made of a study"));
     lab.apply(Command::ToggleStudy(Study::Grid));
     lab.apply(Command::Export(Figure::Svg));
-    lab.until("the file", |lab| lab.has("Exported small_mis_all_4spp_grid.svg to"));
-    let text = std::fs::read_to_string(lab.file("small_mis_all_4spp_grid.svg")).expect("a text");
+    lab.until("the file", |lab| lab.has("Exported small_grid.svg to"));
+    let text = std::fs::read_to_string(lab.file("small_grid.svg")).expect("a text");
     assert!(text.starts_with("<svg ") && text.ends_with("</svg>\n"));
     assert!(text.contains(": Grid of pictures</text>"), "what it is: {text}");
 }

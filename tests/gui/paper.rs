@@ -47,7 +47,7 @@ fn the_mouse_is_in_no_figure_of_pictures_and_comes_back() {
     let middle = lab.picture_rects()[0].center();
     rest_of(&mut lab, middle);
     assert!(lab.has("Pixel: x "), "it reads a pixel");
-    exports_without(&mut lab, middle, "small_mis_all_2spp_layout");
+    exports_without(&mut lab, middle, "small_layout");
     lab.harness.run_steps(5);
     assert!(lab.has("Pixel: x "), "and goes on doing so");
 }
@@ -59,11 +59,11 @@ fn the_mouse_is_in_no_figure_of_a_study() {
     let map = "Map: best strategy by roughness and light radius";
     lab.until("the map", |lab| lab.has(map) && !lab.has(" \u{2026}"));
     let place = lab.rect(map).lerp_inside(egui::vec2(0.75, 0.25));
-    exports_without(&mut lab, place, "small_mis_all_4spp_plane");
+    exports_without(&mut lab, place, "small_plane");
     lab.key(Modifiers::SHIFT, Key::G);
     lab.until("all errors", |lab| !lab.has("relMSE \u{2026}") && !lab.has("so far"));
     let place = lab.rect("Enlarge: MIS, both, balance").center();
-    exports_without(&mut lab, place, "small_mis_all_4spp_grid");
+    exports_without(&mut lab, place, "small_grid");
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn buttons_are_left_out_with_their_room() {
     lab.key(Modifiers::NONE, Key::G);
     lab.until("curves", |lab| lab.has("MIS, both: slope \u{2212}"));
     lab.apply(Command::Export(Figure::Svg));
-    let file = lab.file("small_mis_all_4spp_convergence.svg");
+    let file = lab.file("small_convergence.svg");
     lab.until("the file", |_| file.exists());
     let text = std::fs::read_to_string(&file).expect("a text");
     for button in ["CSV", "Draw your prediction", "From a file \u{2026}"] {

@@ -51,7 +51,10 @@ impl MisLabApp {
             type_scale: lab.scale(),
         };
         let what = lab.studies.open.map_or("layout", |study| study.key());
-        let name = format!("{}_{what}", lab.destination.name(&lab.document, lab.snapshot_spp()));
+        // Of a single picture, or of several strategies at once.
+        let of_one = lab.studies.open.map_or(lab.document.slots().len() == 1, |study| study == Study::Pyramid);
+        let spp = of_one.then(|| lab.snapshot_spp());
+        let name = format!("{}_{what}", lab.destination.name(&lab.document, spp));
         let folder = lab.destination.folder(&lab.document);
         match figure {
             Figure::Clipboard => self.lab.files.make_figure(paper),

@@ -86,7 +86,7 @@ impl MisLabApp {
     /// The name and folder of the next snapshot.
     fn place(&self, spp: u32) -> (String, PathBuf) {
         let Lab { document, destination, .. } = &self.lab;
-        (destination.name(document, spp), destination.folder(document))
+        (destination.name(document, Some(spp)), destination.folder(document))
     }
 
     pub(super) fn save(&mut self, ctx: &Context, create: bool) {
@@ -229,7 +229,7 @@ impl MisLabApp {
             let (name, folder) = &error.place;
             let moved = *folder != destination.folder(document);
             let renamed = match &destination.name {
-                Some(_) => *name != destination.name(document, 0),
+                Some(_) => *name != destination.name(document, Some(0)),
                 // The default can always be used.
                 None => file_name::check(name).is_err(),
             };

@@ -30,7 +30,7 @@ pub fn save_ui(
     let room = vec2(ui.available_width(), 2.0 * ui.text_style_height(&TextStyle::Small));
     ui.allocate_ui_with_layout(room, Layout::top_down(Align::Min), |ui| {
         ui.set_min_size(room);
-        match file_name::check(&destination.name(document, spp)) {
+        match file_name::check(&destination.name(document, Some(spp))) {
             Err(why) => ui.label(RichText::new(why).small().color(Inks::of(ui.visuals()).wrong)),
             Ok(()) => caption(ui, "A number is added where a file is already there."),
         }

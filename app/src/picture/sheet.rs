@@ -149,6 +149,9 @@ pub fn patch(texture: &mut ColorImage, part: &ColorImage, [left, top]: [usize; 2
     }
 }
 
+/// What stays free under the lowest thing drawn, in points.
+const MARGIN: f32 = 12.0;
+
 /// A part of the window.
 pub struct Sheet {
     rect: Rect,
@@ -160,6 +163,16 @@ pub struct Sheet {
 enum Item {
     Shape(ClippedShape),
     Picture { clip: Rect, rect: Rect, planes: Arc<Planes>, uniforms: Uniforms },
+}
+
+impl Item {
+    /// Where it is seen.
+    fn bounds(&self) -> Rect {
+        match self {
+            Self::Shape(ClippedShape { clip_rect, shape, .. }) => clip_rect.intersect(shape.visual_bounding_rect()),
+            Self::Picture { clip, rect, .. } => clip.intersect(*rect),
+        }
+    }
 }
 
 impl Sheet {
@@ -194,7 +207,9 @@ impl Sheet {
             });
         }
         let shorter = cuts.iter().map(Cut::height).sum::<f32>();
-        let rect = rect.with_max_y(rect.bottom() - shorter);
+        // Room that was kept free below, for longer words or a larger window, is none of it.
+        let drawn = items.iter().map(|item| item.bounds().bottom()).fold(rect.top(), f32::max);
+        let rect = rect.with_max_y((rect.bottom() - shorter).min(drawn + MARGIN));
         Self { rect, items, textures, pixels_per_point: ctx.pixels_per_point() }
     }
 

@@ -32,9 +32,13 @@ impl Destination {
     }
 
     /// The name without number and extension, which may still be one that [`file_name::check`] refuses.
-    pub fn name(&self, document: &Document, spp: u32) -> String {
+    /// Of one picture with so many samples per pixel; without them it is about several, or none.
+    pub fn name(&self, document: &Document, spp: Option<u32>) -> String {
         let typed = self.name.as_deref().map(without_extension).filter(|name| !name.is_empty());
-        typed.map_or_else(|| Self::default_name(document, spp), str::to_owned)
+        typed.map(str::to_owned).unwrap_or_else(|| match spp {
+            Some(spp) => Self::default_name(document, spp),
+            None => file_name::usable(&document.scene.name),
+        })
     }
 
     /// The folder; a relative one counts from the default.
@@ -68,18 +72,19 @@ mod tests {
         let mut document = Document::new(Opened::from_scene_file(pbrt::embedded_scene(), Some(path)));
         let mut destination = Destination::default();
         Edit::SetStrategy(Strategy::Light).apply(&mut document);
-        assert_eq!(destination.name(&document, 64), "veach_mis_light_64spp");
+        assert_eq!(destination.name(&document, Some(64)), "veach_mis_light_64spp");
         assert_eq!(destination.folder(&document), std::path::absolute("/lesson").expect("a path"));
         Edit::SetStrategy(Strategy::MisAll).apply(&mut document);
-        assert_eq!(destination.name(&document, 7), "veach_mis_mis_all_7spp");
+        assert_eq!(destination.name(&document, Some(7)), "veach_mis_mis_all_7spp");
 
+        assert_eq!(destination.name(&document, None), "veach_mis");
         destination.name = Some(" mine.EXR ".into());
         destination.folder = Some("pictures".into());
-        assert_eq!(destination.name(&document, 64), "mine");
+        assert_eq!(destination.name(&document, Some(64)), "mine");
         assert!(destination.folder(&document).ends_with("lesson/pictures"));
         destination.folder = Some("~/pictures".into());
         assert_eq!(destination.folder(&document), std::env::home_dir().expect("a home folder").join("pictures"));
         destination.name = Some("  ".into());
-        assert_eq!(destination.name(&document, 64), "veach_mis_mis_all_64spp", "nothing typed is nothing said");
+        assert_eq!(destination.name(&document, Some(64)), "veach_mis_mis_all_64spp", "nothing typed is nothing said");
     }
 }

@@ -139,8 +139,7 @@ impl Plan {
 /// Draws the map; returns what the mouse is on, or the chosen square.
 fn map_ui(ui: &mut Ui, study: &mut Plane, found: &Arc<Found>, chosen: usize, map: Rect) -> Option<Reading> {
     let dark = ui.visuals().dark_mode;
-    // Half the screen's pixels: all is smooth but the hatching.
-    let size = [map.width(), map.height()].map(|n| (0.5 * n * ui.pixels_per_point()).clamp(16.0, 400.0) as usize);
+    let size = [map.width(), map.height()].map(|n| (n * ui.pixels_per_point()).clamp(16.0, 800.0) as usize);
     let current = |drawn: &Drawn| Arc::ptr_eq(&drawn.found, found) && (drawn.dark, drawn.size) == (dark, size);
     if !study.drawn.as_ref().is_some_and(current) {
         let (paper, stripe) = (ui.visuals().panel_fill, ui.visuals().weak_text_color());

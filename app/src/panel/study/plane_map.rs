@@ -12,7 +12,7 @@ pub const FULL: f64 = 10.0;
 /// Strength where the best is just distinguishable.
 const PALE: f32 = 0.35;
 /// Pairs of stripes are so many texels apart. They fall to the right, across the border between light and BSDF.
-const STRIPES: usize = 8;
+const STRIPES: usize = 16;
 
 /// The colour of the best strategy, its variance so many times below that of the second best.
 pub fn colour(best: Strategy, margin: f64, paper: Color32) -> Color32 {
