@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use mislab::look::versus::Versus;
 use mislab::picture::content::Content;
 use mislab::picture::pane::Pane;
 use mislab::state::arrangement::Arrangement;
@@ -57,6 +58,21 @@ fn a_picture_of_another_program_is_compared_with_from_its_sheet() {
     assert_eq!(*lab.document(), before, "one step");
     lab.key(Modifiers::COMMAND, Key::Y);
     assert!(lab.has("Picture 2: student.exr"), "and again");
+}
+
+#[test]
+fn a_file_has_a_difference_and_an_error_but_no_variance() {
+    let mut lab = Lab::new();
+    let path = file(lab.folder.path(), "student.exr", &frame([60, 60]), false);
+    lab.apply(Command::ComparePath(path));
+    lab.until("the second picture", |lab| lab.document().slots().len() == 2);
+    lab.key(Modifiers::NONE, Key::D);
+    lab.until("why there is nothing", |lab| lab.has("A file has no variance to compare"));
+    lab.apply(Edit::SetVersus(Versus::Difference));
+    lab.until("both means", |lab| lab.has("Over all: mean luminance of A 0."));
+    lab.apply(Edit::SetVersus(Versus::Errors));
+    lab.until("the errors", |lab| lab.has("Over all: ") && lab.has("; reference: "));
+    assert!(!lab.has("nothing to compare"), "two pictures of the same pixels");
 }
 
 #[test]

@@ -172,8 +172,8 @@ fn difference_ui(ui: &mut Ui, lab: &mut Lab, place: Rect, out: &mut Vec<Command>
     let strip = ui.spacing().interact_size.y + compare::found_height(ui, place.width()) + 3.0 * GRID;
     let (picture, strip) = above.split_top_bottom_at_y(above.bottom() - strip);
     let Lab { document, engine, panes, references, .. } = lab;
-    let frames = [0, 1].map(|slot| engine.pictures()[slot].frame());
-    let subject = against::Subject { frames, reference: references.latest(), words: references.words() };
+    let contents = [0, 1].map(|slot| engine.pictures()[slot].content());
+    let subject = against::Subject { contents, reference: references.latest(), words: references.words() };
     ui.scope_builder(UiBuilder::new().id_salt("against").max_rect(picture), |ui| {
         ui.set_clip_rect(picture.intersect(ui.clip_rect()));
         panes.against_ui(ui, document, &subject);

@@ -1,16 +1,17 @@
 //! Two pictures as one: the first against the second, pixel by pixel, and what is sure of them in a sentence.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Ui};
 use mislab_renderer::study::Against as Reference;
-use mislab_renderer::{Frame, Lockstep, PixelRect};
+use mislab_renderer::{Layer, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
 use crate::picture::comparing::{Answer, Question};
+use crate::picture::content::Content;
 use crate::picture::dark::DarkSpots;
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::legend::{Key, legend_overlay};
@@ -27,7 +28,7 @@ const INTERVAL: Duration = Duration::from_millis(250);
 /// What two pictures are shown from.
 pub struct Subject {
     /// A and B.
-    pub frames: [Option<Arc<Frame>>; 2],
+    pub contents: [Option<Content>; 2],
     /// What errors are measured against, of the scene as it is edited.
     pub reference: Option<Arc<Reference>>,
     /// How far that is, in words.
@@ -53,7 +54,7 @@ pub struct Against {
 
 #[derive(Clone, PartialEq)]
 struct Of {
-    frames: [(u64, u32, usize); 2],
+    contents: [(u64, u32, usize); 2],
     dark: [Option<usize>; 2],
     versus: Versus,
     equal: Lockstep,
@@ -96,7 +97,12 @@ impl Against {
 
     /// Draws them over all that is left of `ui`, and lets the mouse select the part that the sentence is about.
     pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &Subject, selection: &mut Selection) {
-        match &subject.frames {
+        match &subject.contents {
+            [Some(a), Some(b)]
+                if document.view.versus == Versus::Variances && [a, b].iter().any(|c| c.frame().is_none()) =>
+            {
+                self.nothing("A file has no variance to compare: choose A \u{2212} B or the errors.");
+            }
             [Some(a), Some(b)] if same_pixels(a, b) => match fitting(subject.reference.as_ref(), document, [a, b]) {
                 Err(why) => self.nothing(why),
                 Ok(None) if document.view.versus == Versus::Errors => self.nothing(subject.words.clone()),
@@ -136,7 +142,7 @@ impl Against {
         &mut self,
         ctx: &egui::Context,
         document: &Document,
-        [a, b]: [&Arc<Frame>; 2],
+        [a, b]: [&Content; 2],
         reference: Option<Arc<Reference>>,
         part: Option<PixelRect>,
     ) {
@@ -144,17 +150,26 @@ impl Against {
             Some(Ok(answer)) => {
                 self.of = self.running.take().map(|(of, _)| of);
                 self.answer = answer;
+                if self.answer.is_none() {
+                    self.why = "A file has no red, green and blue: nothing to compare.".into();
+                }
             }
             Some(Err(TryRecvError::Disconnected)) => self.running = None,
             Some(Err(TryRecvError::Empty)) | None => {}
         }
         let [first, second] = &mut self.dark;
-        let dark = [first.of(ctx, a), second.of(ctx, b)];
-        let cells =
-            self.squares.of(ctx, a.request()).filter(|_| a.request().settings.image == b.request().settings.image);
+        let dark_of = |spots: &mut DarkSpots, content: &Content| spots.of(ctx, content.frame()?, Layer::Picture);
+        let dark = [dark_of(first, a), dark_of(second, b)];
+        // A file has the same pixels, as far as anybody knows.
+        let requests = [a, b].map(|content| content.frame().map(|frame| frame.request()));
+        let differ = requests[0].zip(requests[1]).is_some_and(|(a, b)| a.settings.image != b.settings.image);
+        let request = requests[0].or(requests[1]).filter(|_| !differ);
+        let cells = request.and_then(|request| self.squares.of(ctx, request));
         let of = Of {
-            frames: [a, b]
-                .map(|frame| (frame.generation(), frame.spp(), Weak::as_ptr(&Arc::downgrade(frame)) as usize)),
+            contents: [a, b].map(|content| match content {
+                Content::Frame(frame) => (frame.generation(), frame.spp(), Arc::as_ptr(frame) as usize),
+                Content::File(file) => (0, 0, Arc::as_ptr(file) as usize),
+            }),
             dark: dark.each_ref().map(|dark| dark.as_ref().map(|dark| Arc::as_ptr(dark) as usize)),
             versus: document.view.versus,
             equal: document.equal,
@@ -171,8 +186,9 @@ impl Against {
             passes::for_news_in(ctx, INTERVAL.saturating_sub(begun.elapsed()));
             return;
         }
-        let frames = [a, b].map(Arc::clone);
-        let question = Question { frames, dark, versus: of.versus, equal: of.equal, reference, cells, part: of.part };
+        let (contents, pixels) = ([a, b].map(Content::clone), (a.bounds(), a.size()));
+        let question =
+            Question { contents, pixels, dark, versus: of.versus, equal: of.equal, reference, cells, part: of.part };
         let (sender, receiver) = channel();
         let ctx = ctx.clone();
         let work = move || {
@@ -187,9 +203,8 @@ impl Against {
     }
 }
 
-fn same_pixels(a: &Frame, b: &Frame) -> bool {
-    let resolution = |frame: &Frame| frame.request().settings.image.resolution;
-    a.bounds() == b.bounds() && resolution(a) == resolution(b)
+fn same_pixels(a: &Content, b: &Content) -> bool {
+    a.bounds() == b.bounds() && a.size() == b.size()
 }
 
 /// The reference, where errors are asked for: nothing else must begin anew when there is a better one. An error if it is of another
@@ -197,18 +212,19 @@ fn same_pixels(a: &Frame, b: &Frame) -> bool {
 fn fitting(
     reference: Option<&Arc<Reference>>,
     document: &Document,
-    frames: [&Arc<Frame>; 2],
+    contents: [&Content; 2],
 ) -> Result<Option<Arc<Reference>>, &'static str> {
     if document.view.versus != Versus::Errors {
         return Ok(None);
     }
-    for frame in frames {
+    // What a file is of is the user's word.
+    for frame in contents.iter().filter_map(|content| content.frame()) {
         let request = frame.request();
         let same_scene = Arc::ptr_eq(&request.scene, &document.scene) || request.scene == document.scene;
         if !same_scene || request.settings.image != document.image {
             return Err("A picture is of another scene than the reference: no errors to compare.");
         }
     }
-    let of_pixels = |reference: &&Arc<Reference>| reference.len() == frames[0].bounds().area();
+    let of_pixels = |reference: &&Arc<Reference>| reference.len() == contents[0].bounds().area();
     Ok(reference.filter(of_pixels).cloned())
 }

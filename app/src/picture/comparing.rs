@@ -6,9 +6,10 @@ use mislab_renderer::blind::Dark;
 use mislab_renderer::metrics::Region;
 use mislab_renderer::metrics::ratio::{Noise, Pixels, Ratio};
 use mislab_renderer::study::{Against, Cells};
-use mislab_renderer::{Frame, Lockstep, PixelRect};
+use mislab_renderer::{Frame, Layer, Lockstep, PixelRect};
 
 use crate::look::versus::Versus;
+use crate::picture::content::Content;
 use crate::picture::dark::Darks;
 use crate::picture::planes::Planes;
 use crate::picture::variance::{self, luminance};
@@ -19,8 +20,10 @@ const BLOCK: usize = 8;
 
 /// What is asked of two pictures of the same pixels.
 pub struct Question {
-    /// A and B.
-    pub frames: [Arc<Frame>; 2],
+    /// A and B, with the same pixels. Of files there are no variances.
+    pub contents: [Content; 2],
+    /// Those pixels, and the size of the full image.
+    pub pixels: (PixelRect, [u32; 2]),
     /// What their pixels are.
     pub dark: [Darks; 2],
     /// Which number of both.
@@ -50,9 +53,9 @@ pub struct Answer {
 impl Question {
     /// Works it out: a hundredth of a second or so for each 100 000 pixels. `None`: errors without a reference.
     pub fn answer(&self) -> Option<Answer> {
-        let [a, b] = &self.frames;
-        let (bounds, image) = (a.bounds(), a.request().settings.image.resolution);
-        let sides = [a, b].map(|frame| Side::of(frame, unit(self.equal)).without(&self.dark, bounds, image));
+        let (bounds, image) = self.pixels;
+        let [a, b] = self.contents.each_ref().map(|content| Side::of(content, unit(self.equal)));
+        let sides = [a?, b?].map(|side| side.without(&self.dark, bounds, image));
         let noise = || Pixels::noise(&sides[0].noise(), &sides[1].noise(), bounds.width() as usize);
         let (pixels, data) = match self.versus {
             Versus::Difference => (noise(), difference(&sides)),
@@ -75,7 +78,9 @@ impl Question {
             planes.mark(dark);
         }
         let what = if self.versus == Versus::Errors { "" } else { per(self.equal) };
+        let is_of_file = self.contents.iter().any(|content| content.frame().is_none());
         let sentence = |place: &str, region: &Region<'_>| match Ratio::of(&pixels, region) {
+            _ if is_of_file && self.versus == Versus::Difference => format!("{place}: {}", means(&sides, region)),
             Some(ratio) => format!("{place}: {}{what}", ratio.sentence()),
             None => format!("{place}: nothing to compare yet"),
         };
@@ -126,7 +131,21 @@ struct Side {
 }
 
 impl Side {
-    fn of(frame: &Frame, unit: VarianceUnit) -> Self {
+    /// `None` of a file without colours.
+    fn of(content: &Content, unit: VarianceUnit) -> Option<Self> {
+        match content {
+            Content::Frame(frame) => Some(Self::of_frame(frame, unit)),
+            Content::File(file) => {
+                let planes = file.planes(Layer::Picture, "").ok()?;
+                let colours = planes.channels().collect::<Vec<_>>().concat();
+                let area = planes.bounds().area();
+                let mean = (0..area).map(|i| luminance([0, 1, 2].map(|c| f64::from(colours[c * area + i]))) as f32);
+                Some(Self { mean: mean.collect(), colours, variance: vec![f32::NAN; area], cost: 1.0 })
+            }
+        }
+    }
+
+    fn of_frame(frame: &Frame, unit: VarianceUnit) -> Self {
         let area = frame.bounds().area();
         let mut data = vec![0.0; variance::CHANNELS.len() * area];
         frame.resolve(&variance::CHANNELS, &mut data);
@@ -157,6 +176,21 @@ impl Side {
     fn noise(&self) -> Noise<'_> {
         Noise { mean: &self.mean, variance: &self.variance, cost: self.cost }
     }
+}
+
+/// Mean luminances of both, and how far pixels are apart.
+fn means([a, b]: &[Side; 2], region: &Region<'_>) -> String {
+    let (mut n, mut sums) = (0.0, [0.0; 3]);
+    region.each(a.mean.len(), |i| {
+        let [a, b] = [a, b].map(|side| f64::from(side.mean[i]));
+        // A file may hold anything.
+        if a.is_finite() && b.is_finite() {
+            n += 1.0;
+            sums = [sums[0] + a, sums[1] + b, sums[2] + (a - b) * (a - b)];
+        }
+    });
+    let [a, b, squares] = sums.map(|sum| sum / f64::max(n, 1.0));
+    format!("mean luminance of A {a:.4}, of B {b:.4}; root mean square of A \u{2212} B {:.1e}", squares.sqrt())
 }
 
 fn difference([a, b]: &[Side; 2]) -> Vec<f32> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mislab_renderer::{Channel, Frame, Layer};
+use mislab_renderer::{Channel, Frame, Layer, PixelRect};
 
 use crate::look::layer::LayerLook;
 use crate::picture::dark::Darks;
@@ -34,6 +34,22 @@ impl Content {
         match self {
             Self::Frame(frame) => frame.request().settings.image.resolution,
             Self::File(file) => file.size(),
+        }
+    }
+
+    /// The pixels there are numbers for, in coordinates of the full image.
+    pub fn bounds(&self) -> PixelRect {
+        match self {
+            Self::Frame(frame) => frame.bounds(),
+            Self::File(file) => file.bounds(),
+        }
+    }
+
+    /// A frame of this program.
+    pub fn frame(&self) -> Option<&Arc<Frame>> {
+        match self {
+            Self::Frame(frame) => Some(frame),
+            Self::File(_) => None,
         }
     }
 

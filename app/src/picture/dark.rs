@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::Context;
 use mislab_renderer::blind::{Dark, blind_materials, dark_materials, dark_pixels};
-use mislab_renderer::{Frame, Request};
+use mislab_renderer::{Frame, Layer, Request, Strategy};
 
 use crate::picture::background::{Background, Effort};
 
@@ -54,19 +54,38 @@ pub struct SharedDarkSpots([DarkSpots; 2]);
 
 impl SharedDarkSpots {
     /// As [`DarkSpots::of`].
-    pub fn of(&mut self, ctx: &Context, frame: &Frame) -> Darks {
-        let Request { scene, settings } = &**frame.request();
+    pub fn of(&mut self, ctx: &Context, frame: &Frame, layer: Layer) -> Darks {
         let Self([whole, blind]) = self;
-        let spots = if blind_materials(scene, &settings.estimator).is_empty() { whole } else { blind };
-        spots.of(ctx, frame)
+        let blinds = blind_materials(&frame.request().scene, &asked(frame, layer).settings.estimator);
+        let spots = if blinds.is_empty() { whole } else { blind };
+        spots.of(ctx, frame, layer)
+    }
+}
+
+/// Whose samples a layer is about: what is no mirror's for the light technique is none for its layers, whatever else is drawn.
+fn asked(frame: &Frame, layer: Layer) -> Arc<Request> {
+    let request = frame.request();
+    match layer {
+        Layer::Light | Layer::WeightLight if request.settings.estimator.strategy.draws().bsdf => {
+            let mut request = (**request).clone();
+            request.settings.estimator.strategy = Strategy::Light;
+            Arc::new(request)
+        }
+        Layer::Light
+        | Layer::WeightLight
+        | Layer::Picture
+        | Layer::Bsdf
+        | Layer::WeightBsdf
+        | Layer::ShareLight
+        | Layer::Variance => request.clone(),
     }
 }
 
 impl DarkSpots {
-    /// Those of a frame. While they are not known nothing is marked or, where something has been moved, what was before; a pass is asked
+    /// Those of a layer of a frame. While they are not known nothing is marked or, where something has been moved, what was before; a pass is asked
     /// for when they are.
-    pub fn of(&mut self, ctx: &Context, frame: &Frame) -> Darks {
-        let about = About(frame.request().clone());
+    pub fn of(&mut self, ctx: &Context, frame: &Frame, layer: Layer) -> Darks {
+        let about = About(asked(frame, layer));
         // Without a thread nothing is marked; the caption says it all the same.
         let found = self
             .background

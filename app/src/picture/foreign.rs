@@ -64,6 +64,11 @@ impl Foreign {
         Ok(Planes::new(layer, self.bounds, self.size, data))
     }
 
+    /// The pixels there are numbers for, in coordinates of the full image.
+    pub fn bounds(&self) -> PixelRect {
+        self.bounds
+    }
+
     /// The number of a pixel of the full image, if the file has one.
     pub fn value(&self, [x, y]: [u32; 2], channel: Channel) -> Option<f32> {
         let image = self.image.as_ref()?;

@@ -148,8 +148,8 @@ impl Pane {
             // Of a technique that is never drawn nothing will be hit: the pane says that.
             Some(Content::Frame(frame)) if not_drawn(layer, &frame.request().settings.estimator).is_some() => None,
             // What was kept may be of another scene.
-            Some(Content::Frame(frame)) if on.live.held().is_some() => self.dark.of(ui.ctx(), frame),
-            Some(Content::Frame(frame)) => common.dark.of(ui.ctx(), frame),
+            Some(Content::Frame(frame)) if on.live.held().is_some() => self.dark.of(ui.ctx(), frame, layer),
+            Some(Content::Frame(frame)) => common.dark.of(ui.ctx(), frame, layer),
             Some(Content::File(_)) | None => None,
         };
         let planes = content.as_ref().map(|content| {
