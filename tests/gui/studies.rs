@@ -3,6 +3,7 @@
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use mislab::state::command::Command;
 use mislab_renderer::{Heuristic, OneSampleWeights, Strategy};
 
 use crate::lab::Lab;
@@ -15,6 +16,18 @@ impl Lab {
 
 const PARTS: [&str; 7] =
     ["Light alone", "Weight of light", "Light, weighted", "BSDF alone", "Weight of BSDF", "BSDF, weighted", "Picture"];
+
+#[test]
+fn in_a_hall_the_picture_stays_beside_what_explains_it() {
+    let mut lab = Lab::with_size([1280.0, 720.0]);
+    lab.apply(Command::TogglePanels);
+    lab.key(Modifiers::NONE, Key::I);
+    lab.settle();
+    let picture = lab.rect("Picture");
+    assert!(picture.width() > 560.0 && picture.height() > 560.0, "{picture:?}");
+    lab.click_at(picture.center());
+    lab.until("the pixel", |lab| lab.has("pinned: arrow keys move"));
+}
 
 #[test]
 fn the_pyramid_shows_seven_pictures_each_of_which_can_be_enlarged() {

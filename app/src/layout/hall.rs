@@ -15,9 +15,15 @@ use crate::picture::content::Content;
 use crate::picture::legend::hatched_ui;
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
+use crate::state::study::Study;
 
 /// The projector view, in whichever of the two ways makes the picture larger. Returns where the pictures are.
 pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
+    if lab.studies.open.is_some_and(Study::is_beside_pictures) {
+        // The study takes the column's place: without the picture nobody could point at a pixel.
+        caption_strip(ui, lab, HALL_CAPTION, out);
+        return CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner;
+    }
     let size = ui.available_size();
     let [columns, rows] = lab.document.arrangement().grid().map(|n| n as f32);
     let aspect = columns / rows * lab.document.view.placement.aspect(lab.document.image.resolution);

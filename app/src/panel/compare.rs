@@ -72,7 +72,7 @@ pub fn found_height(ui: &Ui, width: f32) -> f32 {
 }
 
 /// So many times the size of its type has one line of that room for the longest sentence.
-const WIDE: f32 = 36.0;
+const WIDE: f32 = 60.0;
 
 /// Which number of two pictures is shown, and under it what is sure of them.
 pub fn versus_ui(ui: &mut Ui, document: &Document, found: &str, out: &mut Vec<Command>) {

@@ -147,13 +147,17 @@ fn making_fields(ui: &Ui, work: &Work<'_>, document: &Document) -> Vec<Field> {
         let why = status.error.as_deref().unwrap_or_default();
         fields.push(Field { ink: Some(wrong), ..Field::new(text, "", 1, why) });
     }
+    fields.extend([Field::new(
+        format!("{} paths", si(stats.map_or(0.0, |s| s.paths as f64))),
+        "88.8 M paths",
+        5,
+        "Paths of the whole picture: pixels times samples per pixel, and twice as many in strategy 3.",
+    )]);
+    // Of several pictures each has its processor time in its caption; the seconds that have gone by are those of all.
+    if document.slots().len() > 1 {
+        return fields;
+    }
     fields.extend([
-        Field::new(
-            format!("{} paths", si(stats.map_or(0.0, |s| s.paths as f64))),
-            "88.8 M paths",
-            5,
-            "Paths of the whole picture: pixels times samples per pixel, and twice as many in strategy 3.",
-        ),
         Field::new(
             format!("{} Mpaths/s", three_digits(stats.map_or(0.0, |s| s.mpaths_per_second()))),
             "8888 Mpaths/s",

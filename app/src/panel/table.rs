@@ -176,7 +176,9 @@ fn table_grid(ui: &mut Ui, table: &Table) -> f32 {
                         ));
                     } else {
                         caption(ui, row.run.file);
-                        ui.label(if row.run.strategy == Strategy::MisAll { "two paths each" } else { "" });
+                        let [width, height] = row.resolution;
+                        let of_two = if row.run.strategy == Strategy::MisAll { ", two paths a sample" } else { "" };
+                        caption(ui, format!("{width} \u{d7} {height}")).hint(format!("Pixels of the picture{of_two}"));
                         ui.label("");
                     }
                     ui.label(light_name);
@@ -197,7 +199,7 @@ fn table_grid(ui: &mut Ui, table: &Table) -> f32 {
         ui,
         format!(
             "\u{d7}: best in its square, or not distinguishable from the best. relMSE against a reference of {} spp per \
-             light, mean of {} renders \u{b1} standard error. Sharp: {}; broad: {}. Small: {}; large: {}.",
+             light, mean of {} renders \u{b1} standard error. Times compare at the same number of pixels. Sharp: {}; broad: {}. Small: {}; large: {}.",
             table.reference_spp,
             table.replicates,
             table.sharp.join(", "),

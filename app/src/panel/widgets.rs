@@ -4,8 +4,8 @@ use std::cell::Cell;
 use std::ops::RangeInclusive;
 
 use eframe::egui::{
-    self, Align, Align2, Color32, FontId, Layout, Rect, Response, RichText, Sense, Slider, SliderClamping, Stroke,
-    TextStyle, Ui, Widget as _, WidgetText, pos2, vec2,
+    self, Align, Align2, Color32, FontId, Label, Layout, Rect, Response, RichText, Sense, Slider, SliderClamping,
+    Stroke, TextStyle, Ui, Widget as _, WidgetText, pos2, vec2,
 };
 
 use crate::look::theme::{GRID, medium};
@@ -60,7 +60,8 @@ pub fn title_with_note(ui: &mut Ui, text: &str, note: &str) {
     ui.add_space(GRID);
     ui.horizontal(|ui| {
         ui.label(RichText::new(text).family(medium()).strong());
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| caption(ui, note));
+        let note = RichText::new(note).text_style(TextStyle::Small).color(ui.visuals().weak_text_color());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.add(Label::new(note).truncate()));
     });
 }
 

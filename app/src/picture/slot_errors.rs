@@ -13,6 +13,9 @@ use mislab_renderer::{Channel, Estimator, Frame, PixelRect};
 use super::live::LivePicture;
 use crate::state::passes;
 
+/// A reference with fewer samples per pixel says nothing yet.
+const ROUGH: u32 = 64;
+
 /// What is known of a picture.
 #[derive(Clone, Debug)]
 pub struct SlotErrors {
@@ -129,11 +132,13 @@ impl Measuring {
         self.round.as_ref()
     }
 
-    /// relMSE of the whole picture in a slot: `None` without a reference, `Some(None)` where it is not known yet.
+    /// relMSE of the whole picture in a slot: `None` without a reference, `Some(None)` where it is not known yet, also because the
+    /// reference has too few samples: where they miss what they should hit, all halves of it do.
     pub fn rel_mse(&self, slot: usize, live: &LivePicture) -> Option<Option<f64>> {
         let found = self.round.as_ref()?.slots.get(slot).and_then(Option::as_ref);
         let found = found.filter(|found| live.shown().is_none_or(|shown| shown == found.generation));
-        Some(found.and_then(|found| found.errors.first()).map(|errors| errors[0]))
+        let rough = self.round.as_ref()?.against.spp.is_some_and(|spp| spp < ROUGH);
+        Some(found.filter(|_| !rough).and_then(|found| found.errors.first()).map(|errors| errors[0]))
     }
 }
 

@@ -366,7 +366,13 @@ fn foot_ui(
         None => format!("; {} of {} pictures, {REPLICATES} a point", state.curves.count(), state.curves.total()),
     });
     let part = part_name(cells, study.part.part());
-    caption(ui, format!("{} over the {part}{done}. Bands: 95 %; dashed: independent samples.", formula(study.measure)));
+    caption(
+        ui,
+        format!(
+            "{} over the {part}{done}. Bands: 95 %; dashed: slope \u{2212}1, as independent samples have.",
+            formula(study.measure)
+        ),
+    );
 }
 
 /// Where the reference stands and what can be done about it.
