@@ -13,8 +13,8 @@ use mislab_renderer::{Channel, Estimator, Frame, PixelRect};
 use super::live::LivePicture;
 use crate::state::passes;
 
-/// A reference with fewer samples per pixel says nothing yet.
-const ROUGH: u32 = 64;
+/// A reference with fewer samples per pixel says nothing yet: single pixels that it misses altogether outweigh the picture.
+const ROUGH: u32 = 256;
 
 /// What is known of a picture.
 #[derive(Clone, Debug)]
@@ -137,6 +137,9 @@ impl Measuring {
     pub fn rel_mse(&self, slot: usize, live: &LivePicture) -> Option<Option<f64>> {
         let found = self.round.as_ref()?.slots.get(slot).and_then(Option::as_ref);
         let found = found.filter(|found| live.shown().is_none_or(|shown| shown == found.generation));
+        // A picture that is soon complete runs ahead of what is measured of it.
+        let spp = live.frame().map_or(0, |frame| frame.spp());
+        let found = found.filter(|found| found.spp >= spp / 2);
         let rough = self.round.as_ref()?.against.spp.is_some_and(|spp| spp < ROUGH);
         Some(found.filter(|_| !rough).and_then(|found| found.errors.first()).map(|errors| errors[0]))
     }

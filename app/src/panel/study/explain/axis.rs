@@ -29,7 +29,9 @@ pub fn plane_ui(ui: &Ui, axes: &Axes, spread: Spread, bottom: f32, unit: &str) {
     let rows: Vec<(f64, String)> = match spread {
         Spread::Log => {
             let powers = axes.y[0].ceil() as i32..=axes.y[1].floor() as i32;
-            let step = ((axes.y[1] - axes.y[0]) / 6.0).ceil().max(1.0) as i32;
+            // Six numbers, or as many as there is room for.
+            let most = (axes.rect.height() / (1.3 * font.size)).clamp(1.0, 6.0);
+            let step = ((axes.y[1] - axes.y[0]) / f64::from(most)).ceil().max(1.0) as i32;
             powers
                 .filter(|power| power.rem_euclid(step) == 0)
                 .map(|power| (f64::from(power), plain(10f64.powi(power))))

@@ -21,7 +21,8 @@ use crate::panel::hint::Hint as _;
 use crate::panel::study::Subject;
 use crate::panel::study::parts::part_name;
 use crate::panel::study::plot::Axes;
-use crate::panel::widgets::{caption, segmented};
+use crate::panel::study::tiles::caption_that_fits;
+use crate::panel::widgets::segmented;
 use crate::picture::live::LivePicture;
 use crate::state::command::Command;
 use crate::state::edit::Edit;
@@ -154,7 +155,9 @@ fn plot_ui(ui: &mut Ui, plot: &Plot<'_>, name: &str, about: &str, out: &mut Vec<
         return;
     };
     let small = ui.text_style_height(&TextStyle::Small);
-    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + 5.0 * small + 4.0 * GRID;
+    // In large type the curves need the room more than the words do.
+    let lines = if small > 20.0 { 1.0 } else { 5.0 };
+    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + lines * small + 4.0 * GRID;
     let size = vec2(ui.available_width(), (ui.available_height() - foot).max(200.0));
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, format!("Variance over c: {name}")));
@@ -173,7 +176,8 @@ fn plot_ui(ui: &mut Ui, plot: &Plot<'_>, name: &str, about: &str, out: &mut Vec<
     marker_ui(ui, &plot.estimator, &axes, out);
     words_ui(ui, plot, best, name, out);
     let [solid, dashed] = [OneSampleWeights::Veach, OneSampleWeights::Tutorial].map(weights_name);
-    caption(ui, format!("Solid: weights {solid}; dashed: {dashed}. {about}"));
+    let few = format!("Solid: weights {solid}; dashed: {dashed}.");
+    caption_that_fits(ui, &format!("{few} {about}"), &few);
 }
 
 /// A measured relative variance.
@@ -369,7 +373,7 @@ fn marker_ui(ui: &mut Ui, estimator: &Estimator, axes: &Axes, out: &mut Vec<Comm
 fn words_ui(ui: &mut Ui, plot: &Plot<'_>, [best, least]: [f64; 2], name: &str, out: &mut Vec<Command>) {
     let Estimator { light_prob: c, strategy, weights, .. } = plot.estimator;
     let here = between(&plot.curves.c, plot.curves.of(weights).0, f64::from(c));
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let words = match here {
             Some(here) => format!("c {c:.2}: {} \u{d7} the least variance", short(here / least)),
             None => format!("c {c:.2}: biased"),

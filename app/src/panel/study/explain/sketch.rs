@@ -7,7 +7,7 @@ use mislab_renderer::inspect::Technique;
 use super::place::Surface;
 use super::shown::Shown;
 use crate::look::theme::{GRID, Inks};
-use crate::panel::widgets::caption;
+use crate::panel::study::tiles::caption_that_fits;
 
 /// The last samples: rays of so many are drawn.
 const LAST: usize = 12;
@@ -94,10 +94,11 @@ pub fn sketch_ui(ui: &mut Ui, shown: &Shown<'_>) {
     let eye = at(plane.angle(shown.surface.wo), 0.9);
     arrow(&painter, [origin, eye], Stroke::new(2.5, ink));
     painter.text(eye - vec2(0.0, GRID), Align2::CENTER_BOTTOM, "eye", font, ink);
-    caption(
+    caption_that_fits(
         ui,
         "The plane of incidence, as on the board. Blue shape: the lobe p_B, in proportion to its largest value. Amber: lights, \
          as wide as they are seen from here; pale ones lie off this plane. Lines: the last samples, pale where they add nothing.",
+        "Blue shape: the lobe p_B; amber: lights; lines: the last samples.",
     );
 }
 

@@ -13,6 +13,7 @@ use super::slice_plot::{Drawing, ink, plot_ui};
 use super::trace::{Part, TraceJob};
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
+use crate::panel::study::tiles::caption_that_fits;
 use crate::panel::widgets::{ParamSlider, Scale, caption, segmented};
 use crate::state::command::Command;
 
@@ -92,8 +93,10 @@ pub fn slice_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, out: &mut Vec
     };
     let curves: Vec<Curve> = Curve::ALL.into_iter().filter(|curve| !slice.hidden.contains(curve)).collect();
     let drawing = Drawing { shown, circle, light, lobe, range: slice.range, trace: &trace, curves, log: slice.log };
-    let foot =
-        2.0 * (ui.spacing().interact_size.y + GRID) + 3.0 * ui.text_style_height(&egui::TextStyle::Small) + 3.0 * GRID;
+    // In large type the curves need the room more than the words do.
+    let small = ui.text_style_height(&egui::TextStyle::Small);
+    let lines = if small > 20.0 { 1.0 } else { 3.0 };
+    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + lines * small + 3.0 * GRID;
     let size = vec2(ui.available_width(), (ui.available_height() - foot).max(220.0));
     let reading = plot_ui(ui, &drawing, size, out);
     legend_ui(ui, slice, &shown.estimator);
@@ -109,7 +112,7 @@ pub fn slice_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, out: &mut Vec
         },
         |seen| words(seen.angle, &seen.seen, shown),
     );
-    caption(ui, words);
+    caption_that_fits(ui, &words, if trace.is_fine() { "" } else { "Coarse so far \u{2026}" });
 }
 
 /// What there is at an angle from the mirror direction.
@@ -163,7 +166,7 @@ fn head_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, light: &LightSeen)
             .hint("The circle of directions passes through the mirror direction and the middle of this light.");
         let turn = ParamSlider {
             name: "Turn",
-            label_width: 36.0,
+            label_width: 1.9 * ui.text_style_height(&egui::TextStyle::Body),
             value: slice.turn,
             default: 0.0,
             range: -90.0..=90.0,

@@ -73,7 +73,7 @@ impl Plan {
         let samples = strip(2.0 * (2.0 * LARGEST + 1.0));
         let lobe = strip(small);
         let lights = strip(small);
-        let weights = strip(3.0 * small);
+        let weights = strip((3.0 * small).min(0.18 * rect.height()));
         let plot = Rect::from_x_y_ranges(inner.x_range(), inner.top() + 0.5 * small..=bottom - GRID);
         Self { plot, weights, lights, lobe, samples }
     }
