@@ -21,6 +21,11 @@ pub enum Math {
     Small(Box<Math>),
 }
 
+/// Size of type of a formula among lines of text: a little larger, for its fractions.
+pub fn size_in_text(ui: &Ui) -> f32 {
+    1.06 * egui::TextStyle::Body.resolve(ui.style()).size
+}
+
 /// Plain characters.
 pub fn text(s: impl Into<String>) -> Math {
     Math::Text(s.into(), None)

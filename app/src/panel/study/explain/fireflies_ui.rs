@@ -16,13 +16,10 @@ use crate::look::names::{heuristic_name, strategy_name};
 use crate::look::theme::{GRID, Inks};
 use crate::panel::formula::Technique as Symbols;
 use crate::panel::hint::Hint as _;
-use crate::panel::math::{frac, row, text};
+use crate::panel::math::{frac, row, size_in_text, text};
 use crate::panel::number::two_digits;
 use crate::panel::widgets::{caption, focus_ring};
 use crate::state::command::Command;
-
-/// Size of type of the formula.
-const SIZE: f32 = 17.0;
 
 /// What a firefly is.
 const WHAT: &str = "A firefly: one sample with more than half of the sum of squares of its pixel.";
@@ -194,7 +191,7 @@ fn mis_all_ui(ui: &mut Ui, outlier: &Outlier, own: &Estimator) {
         frac(text(f), text(p)),
         text(format!(" = {}", short(outlier.under_mis_all))),
     ])
-    .show(ui, SIZE)
+    .show(ui, size_in_text(ui))
     .hint("Drawn by the same technique, and weighted by both densities: what remains of the firefly.");
     let words = if outlier.under_mis_all > 0.0 {
         format!("{} times less than here.", two_digits(outlier.value / outlier.under_mis_all))

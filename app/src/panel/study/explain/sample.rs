@@ -11,11 +11,8 @@ use super::shown::Shown;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::formula::Technique as Symbols;
 use crate::panel::hint::Hint as _;
-use crate::panel::math::{Math, frac, row, text};
+use crate::panel::math::{Math, frac, row, size_in_text, text};
 use crate::panel::widgets::{caption, title};
-
-/// Size of type of the formulas.
-const SIZE: f32 = 17.0;
 
 /// Which sample is looked at.
 #[derive(Default)]
@@ -133,17 +130,17 @@ pub fn ray_ui(ui: &mut Ui, place: &Place, sample: &Replayed, ray: &Ray) {
         symbols[1].p(),
         text(format!(" = {}{unit}", short(f64::from(ray.p_bsdf)))),
     ])
-    .show(ui, SIZE)
+    .show(ui, size_in_text(ui))
     .hint(
         "f: luminance of bsdf \u{d7} L_e \u{d7} visible \u{d7} cos. Both densities, whichever technique drew. \
          p_L is one density over all lights: 1/n times that of the light in this direction.",
     );
     if !ray.lit {
-        ui.label("It hits no light: f is 0, and the sample adds 0.");
+        ui.label("f is 0: the sample adds 0.");
         return;
     }
     for line in formulas(estimator, ray, &symbols, own) {
-        line.show(ui, SIZE);
+        line.show(ui, size_in_text(ui));
     }
     let other = 1 - own;
     let value = luminance(weighted[other].value);
@@ -156,7 +153,7 @@ pub fn ray_ui(ui: &mut Ui, place: &Place, sample: &Replayed, ray: &Ray) {
     } else {
         row([text(if other == 0 { "a light sample is never drawn here" } else { "a BSDF sample is never drawn here" })])
     };
-    words.show(ui, SIZE).hint("What the other technique would have given for the same direction.");
+    words.show(ui, size_in_text(ui)).hint("What the other technique would have given for the same direction.");
 }
 
 /// `w f / (c p)` with its numbers and, where the balance heuristic makes one of it, `f / (p_L + p_B)`.
@@ -229,13 +226,14 @@ fn direction_words(place: &Place, sample: &Replayed, ray: &Ray) -> String {
     let Some(point) = place.look(sample.drawn.pixel.map(f64::from)).point() else { return String::new() };
     let off = angle(ray.wi, point.mirrored()).to_degrees();
     let tilt = angle(ray.wi, point.normal()).to_degrees();
-    let hit = point
-        .direction(ray.wi)
-        .hit
-        .and_then(|hit| place.scene.shapes.get(hit.shape)?.light.as_ref().map(|light| light.name.clone()));
+    let seen = point.direction(ray.wi);
+    let hit =
+        seen.hit.and_then(|hit| place.scene.shapes.get(hit.shape)?.light.as_ref().map(|light| light.name.clone()));
     let ends = match hit {
         Some(name) if ray.lit || ray.f != glam::Vec3::ZERO => format!("hits {name}"),
-        Some(name) => format!("something is before {name}, or it lies below the surface"),
+        Some(name) if tilt >= 90.0 => format!("{name} lies below the surface"),
+        Some(name) if seen.visible => format!("hits {name}, of which nothing is reflected"),
+        Some(name) => format!("something is before {name}"),
         None => "hits no light".to_owned(),
     };
     format!("{tilt:.1}\u{b0} from the normal, {off:.1}\u{b0} from the mirror direction: {ends}")
