@@ -70,7 +70,7 @@ fn width_taken(ui: &mut Ui, draw: impl FnOnce(&mut Ui)) -> f32 {
     (before - ui.available_width()).round()
 }
 
-/// The ground of the window is what it is cleared with: to fill it again costs a software driver more than all that stands on it.
+/// Without a ground: that is what the window is cleared with, and to fill it again costs a software driver as much as all that stands on it.
 fn bar_frame() -> Frame {
     Frame::new().inner_margin(Margin::symmetric(12, 0))
 }

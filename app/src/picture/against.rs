@@ -98,11 +98,6 @@ impl Against {
     /// Draws them over all that is left of `ui`, and lets the mouse select the part that the sentence is about.
     pub fn ui(&mut self, ui: &mut Ui, document: &mut Document, subject: &Subject, selection: &mut Selection) {
         match &subject.contents {
-            [Some(a), Some(b)]
-                if document.view.versus == Versus::Variances && [a, b].iter().any(|c| c.frame().is_none()) =>
-            {
-                self.nothing("A file has no variance to compare: choose A \u{2212} B or the errors.");
-            }
             [Some(a), Some(b)] if same_pixels(a, b) => match fitting(subject.reference.as_ref(), document, [a, b]) {
                 Err(why) => self.nothing(why),
                 Ok(None) if document.view.versus == Versus::Errors => self.nothing(subject.words.clone()),
@@ -207,15 +202,19 @@ fn same_pixels(a: &Content, b: &Content) -> bool {
     a.bounds() == b.bounds() && a.size() == b.size()
 }
 
-/// The reference, where errors are asked for: nothing else must begin anew when there is a better one. An error if it is of another
-/// picture than one of the two.
+/// The reference, where errors are asked for: nothing else must begin anew when there is a better one. An error if the pictures have
+/// not what is asked for: a file has no variance, and the reference may be of another picture than one of the two.
 fn fitting(
     reference: Option<&Arc<Reference>>,
     document: &Document,
     contents: [&Content; 2],
 ) -> Result<Option<Arc<Reference>>, &'static str> {
-    if document.view.versus != Versus::Errors {
-        return Ok(None);
+    match document.view.versus {
+        Versus::Variances if contents.iter().any(|content| content.frame().is_none()) => {
+            return Err("A file has no variance to compare: choose A \u{2212} B or the errors.");
+        }
+        Versus::Variances | Versus::Difference => return Ok(None),
+        Versus::Errors => {}
     }
     // What a file is of is the user's word.
     for frame in contents.iter().filter_map(|content| content.frame()) {

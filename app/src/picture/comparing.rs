@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use mislab_renderer::blind::Dark;
-use mislab_renderer::metrics::Region;
 use mislab_renderer::metrics::ratio::{Noise, Pixels, Ratio};
+use mislab_renderer::metrics::{Errors, Reference, Region};
 use mislab_renderer::study::{Against, Cells};
 use mislab_renderer::{Frame, Layer, Lockstep, PixelRect};
 
@@ -51,7 +51,7 @@ pub struct Answer {
 }
 
 impl Question {
-    /// Works it out: a hundredth of a second or so for each 100 000 pixels. `None`: errors without a reference.
+    /// Works it out: a hundredth of a second or so for each 100 000 pixels. `None`: errors without a reference, or a file without colours.
     pub fn answer(&self) -> Option<Answer> {
         let (bounds, image) = self.pixels;
         let [a, b] = self.contents.each_ref().map(|content| Side::of(content, unit(self.equal)));
@@ -79,10 +79,13 @@ impl Question {
         }
         let what = if self.versus == Versus::Errors { "" } else { per(self.equal) };
         let is_of_file = self.contents.iter().any(|content| content.frame().is_none());
-        let sentence = |place: &str, region: &Region<'_>| match Ratio::of(&pixels, region) {
-            _ if is_of_file && self.versus == Versus::Difference => format!("{place}: {}", means(&sides, region)),
-            Some(ratio) => format!("{place}: {}{what}", ratio.sentence()),
-            None => format!("{place}: nothing to compare yet"),
+        let sentence = |place: &str, region: &Region<'_>| {
+            let found = if is_of_file && self.versus == Versus::Difference {
+                means(&sides, region)
+            } else {
+                Ratio::of(&pixels, region).map(|ratio| format!("{}{what}", ratio.sentence()))
+            };
+            format!("{place}: {}", found.as_deref().unwrap_or("nothing to compare yet"))
         };
         let part = self.part.map(|part| {
             let region = Region::Rect { width: bounds.width() as usize, rect: relative(part, bounds) };
@@ -178,19 +181,11 @@ impl Side {
     }
 }
 
-/// Mean luminances of both, and how far pixels are apart.
-fn means([a, b]: &[Side; 2], region: &Region<'_>) -> String {
-    let (mut n, mut sums) = (0.0, [0.0; 3]);
-    region.each(a.mean.len(), |i| {
-        let [a, b] = [a, b].map(|side| f64::from(side.mean[i]));
-        // A file may hold anything.
-        if a.is_finite() && b.is_finite() {
-            n += 1.0;
-            sums = [sums[0] + a, sums[1] + b, sums[2] + (a - b) * (a - b)];
-        }
-    });
-    let [a, b, squares] = sums.map(|sum| sum / f64::max(n, 1.0));
-    format!("mean luminance of A {a:.4}, of B {b:.4}; root mean square of A \u{2212} B {:.1e}", squares.sqrt())
+/// Mean luminances of both, and how far pixels are apart; what is not a number in either is left out.
+fn means([a, b]: &[Side; 2], region: &Region<'_>) -> Option<String> {
+    let errors = Errors::of(&[&a.mean], &Reference::Exact(&[&b.mean]), region);
+    let (a, b, apart) = (errors.mean()?, errors.reference_mean()?, errors.mse()?.sqrt());
+    Some(format!("mean luminance of A {a:.4}, of B {b:.4}; root mean square of A \u{2212} B {apart:.1e}"))
 }
 
 fn difference([a, b]: &[Side; 2]) -> Vec<f32> {

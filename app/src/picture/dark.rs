@@ -62,7 +62,7 @@ impl SharedDarkSpots {
     }
 }
 
-/// Whose samples a layer is about: what is no mirror's for the light technique is none for its layers, whatever else is drawn.
+/// Whose samples a layer is about: those of the light technique never hit a mirror's one direction, whatever else is drawn.
 fn asked(frame: &Frame, layer: Layer) -> Arc<Request> {
     let request = frame.request();
     match layer {
@@ -82,8 +82,8 @@ fn asked(frame: &Frame, layer: Layer) -> Arc<Request> {
 }
 
 impl DarkSpots {
-    /// Those of a layer of a frame. While they are not known nothing is marked or, where something has been moved, what was before; a pass is asked
-    /// for when they are.
+    /// Those of a layer of a frame. While they are not known nothing is marked or, where something has been moved, what was before; a
+    /// pass is asked for when they are.
     pub fn of(&mut self, ctx: &Context, frame: &Frame, layer: Layer) -> Darks {
         let about = About(asked(frame, layer));
         // Without a thread nothing is marked; the caption says it all the same.

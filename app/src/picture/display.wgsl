@@ -1,6 +1,7 @@
 // The picture on screen: one triangle over the viewport; for every physical pixel the pixel of the
 // frame under it, exposed and tone-mapped or falsely coloured. The twin of tone.rs, name by name.
 
+// Of these the twin asks `kind` and `tone_map`; here KIND and TONE_MAP have their place.
 struct Uniforms {
     viewport: vec2<f32>,
     origin: vec2<f32>,

@@ -1,4 +1,4 @@
-//! Planes on the GPU: a pipeline for all pictures, a texture for each.
+//! Planes on the GPU: a shader for all pictures, compiled for what each shows, and a texture for each.
 
 use std::collections::HashMap;
 use std::future::Future;

@@ -14,7 +14,7 @@ use crate::state::view::ViewState;
 
 /// Pixels on each side of the grid that is looked at: enough for a shape and a share.
 const SIDE: u32 = 96;
-/// They lie in groups of so many by so many, as the film keeps pixels: of which it works out one or all.
+/// They lie in groups of so many by so many: the film keeps pixels in blocks, and a whole one is worked out for each that is asked for.
 const RUN: [u32; 2] = [8, 2];
 /// It follows the picture at most this often.
 const INTERVAL: Duration = Duration::from_millis(150);

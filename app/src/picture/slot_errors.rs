@@ -132,8 +132,8 @@ impl Measuring {
         self.round.as_ref()
     }
 
-    /// relMSE of the whole picture in a slot: `None` without a reference, `Some(None)` where it is not known yet, also because the
-    /// reference has too few samples: where they miss what they should hit, all halves of it do.
+    /// relMSE of the whole picture in a slot: `None` without a reference, `Some(None)` where it is not known yet, of this
+    /// picture or by a reference that is not [`ROUGH`].
     pub fn rel_mse(&self, slot: usize, live: &LivePicture) -> Option<Option<f64>> {
         let found = self.round.as_ref()?.slots.get(slot).and_then(Option::as_ref);
         let found = found.filter(|found| live.shown().is_none_or(|shown| shown == found.generation));

@@ -62,10 +62,7 @@ pub enum Region<'a> {
 
 impl Region<'_> {
     /// Calls `visit` with the index of each pixel of a plane of `len`, in their order.
-    ///
-    /// # Panics
-    /// If a mask has another length.
-    pub fn each(&self, len: usize, mut visit: impl FnMut(usize)) {
+    pub(crate) fn each(&self, len: usize, mut visit: impl FnMut(usize)) {
         match *self {
             Self::All => (0..len).for_each(visit),
             Self::Rect { width, rect } => {

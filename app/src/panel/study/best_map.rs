@@ -11,7 +11,7 @@ use mislab_renderer::{OneSampleWeights, PixelRect};
 
 use super::Subject;
 use super::best_map_job::{BestMapJob, Question};
-use super::tiles::{caption_that_fits, words};
+use super::tiles::{caption_lines, caption_that_fits, words};
 use crate::look::colormap::{ColourMap, TABLE_LEN};
 use crate::look::names::{heuristic_name, weights_name};
 use crate::look::theme::GRID;
@@ -103,7 +103,7 @@ pub fn best_map_ui(ui: &mut Ui, study: &mut BestC, subject: &Subject<'_>, out: &
         return;
     };
     let area = ui.available_rect_before_wrap();
-    let plan = Plan::new(area, ui.text_style_height(&TextStyle::Small), &found.bounds);
+    let plan = Plan::new(ui, area, &found.bounds);
     ui.scope(|ui| {
         if !is_current {
             ui.multiply_opacity(0.5);
@@ -127,10 +127,9 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(area: Rect, small: f32, bounds: &PixelRect) -> Self {
-        // Legend, reading, and the caption: few words in large type, all of them else.
-        let lines = if small > 20.0 { 5.0 } else { 7.5 };
-        let under = lines * small + 10.0 * GRID;
+    fn new(ui: &Ui, area: Rect, bounds: &PixelRect) -> Self {
+        // Legend, reading, and the caption.
+        let under = caption_lines(ui, [5.0, 7.5]) + 10.0 * GRID;
         let (upper, below) = area.split_top_bottom_at_y((area.bottom() - under).max(area.center().y - 40.0));
         let scale = (upper.width() / bounds.width() as f32).min(upper.height() / bounds.height() as f32);
         let size = vec2(bounds.width() as f32, bounds.height() as f32) * scale;

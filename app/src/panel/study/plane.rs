@@ -12,7 +12,7 @@ use mislab_renderer::{Estimator, Strategy};
 use super::Subject;
 use super::plane_job::{ALPHA, Dot, Found, PlaneJob, Question, along, share_of};
 use super::plane_map::{FULL, axes, colour, dot, image};
-use super::tiles::{caption_that_fits, words};
+use super::tiles::{caption_lines, caption_that_fits, words};
 use crate::look::names::{heuristic_name, strategy_name, weights_name};
 use crate::look::theme::{GRID, Inks, strategy_fill};
 use crate::panel::hint::Hint as _;
@@ -77,8 +77,7 @@ pub fn plane_ui(ui: &mut Ui, study: &mut Plane, subject: &Subject<'_>, _out: &mu
     // The caption says whose distances they are.
     Recorder::on_screen_only(ui, |ui| chooser_ui(ui, study, &found, chosen));
     let area = ui.available_rect_before_wrap();
-    let small = ui.text_style_height(&TextStyle::Small);
-    let plan = Plan::new(area, small, ui.spacing().interact_size.y);
+    let plan = Plan::new(ui, area);
     let reading = map_ui(ui, study, &found, chosen, plan.map);
     ui.scope_builder(UiBuilder::new().id_salt("about").max_rect(plan.below), |ui| {
         ui.set_clip_rect(plan.below.intersect(ui.clip_rect()));
@@ -120,10 +119,10 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(area: Rect, small: f32, row: f32) -> Self {
-        // Legend, reading, and the caption: few words in large type, all of them else.
-        let lines = if small > 20.0 { 3.0 } else { 7.0 };
-        let under = 2.0 * row + lines * small + 6.0 * GRID;
+    fn new(ui: &Ui, area: Rect) -> Self {
+        let (small, row) = (ui.text_style_height(&TextStyle::Small), ui.spacing().interact_size.y);
+        // Legend, reading, and the caption.
+        let under = 2.0 * row + caption_lines(ui, [3.0, 7.0]) + 6.0 * GRID;
         let (upper, below) = area.split_top_bottom_at_y((area.bottom() - under).max(area.center().y - 40.0));
         let left = 3.0 * small;
         let mut map = Rect::from_min_max(

@@ -151,6 +151,12 @@ pub fn words(ui: &mut Ui, place: Rect, align: Align2, text: &str, style: TextSty
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, text));
 }
 
+/// Lines of a caption that room is kept for: fewer in large type, where what is drawn needs it more.
+pub fn caption_lines(ui: &Ui, [few, all]: [f32; 2]) -> f32 {
+    let small = ui.text_style_height(&TextStyle::Small);
+    small * if small > 20.0 { few } else { all }
+}
+
 /// A quiet caption in all words or, where those have no room (in a hall), in few.
 pub fn caption_that_fits(ui: &mut Ui, all: &str, few: &str) {
     let font = TextStyle::Small.resolve(ui.style());

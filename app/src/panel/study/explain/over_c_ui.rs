@@ -21,7 +21,7 @@ use crate::panel::hint::Hint as _;
 use crate::panel::study::Subject;
 use crate::panel::study::parts::part_name;
 use crate::panel::study::plot::Axes;
-use crate::panel::study::tiles::caption_that_fits;
+use crate::panel::study::tiles::{caption_lines, caption_that_fits};
 use crate::panel::widgets::segmented;
 use crate::picture::live::LivePicture;
 use crate::state::command::Command;
@@ -155,9 +155,7 @@ fn plot_ui(ui: &mut Ui, plot: &Plot<'_>, name: &str, about: &str, out: &mut Vec<
         return;
     };
     let small = ui.text_style_height(&TextStyle::Small);
-    // In large type the curves need the room more than the words do.
-    let lines = if small > 20.0 { 1.0 } else { 5.0 };
-    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + lines * small + 4.0 * GRID;
+    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + caption_lines(ui, [1.0, 5.0]) + 4.0 * GRID;
     let size = vec2(ui.available_width(), (ui.available_height() - foot).max(200.0));
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, format!("Variance over c: {name}")));

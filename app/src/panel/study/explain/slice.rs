@@ -13,7 +13,7 @@ use super::slice_plot::{Drawing, ink, plot_ui};
 use super::trace::{Part, TraceJob};
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
-use crate::panel::study::tiles::caption_that_fits;
+use crate::panel::study::tiles::{caption_lines, caption_that_fits};
 use crate::panel::widgets::{ParamSlider, Scale, caption, segmented};
 use crate::state::command::Command;
 
@@ -93,10 +93,7 @@ pub fn slice_ui(ui: &mut Ui, slice: &mut Slice, shown: &Shown<'_>, out: &mut Vec
     };
     let curves: Vec<Curve> = Curve::ALL.into_iter().filter(|curve| !slice.hidden.contains(curve)).collect();
     let drawing = Drawing { shown, circle, light, lobe, range: slice.range, trace: &trace, curves, log: slice.log };
-    // In large type the curves need the room more than the words do.
-    let small = ui.text_style_height(&egui::TextStyle::Small);
-    let lines = if small > 20.0 { 1.0 } else { 3.0 };
-    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + lines * small + 3.0 * GRID;
+    let foot = 2.0 * (ui.spacing().interact_size.y + GRID) + caption_lines(ui, [1.0, 3.0]) + 3.0 * GRID;
     let size = vec2(ui.available_width(), (ui.available_height() - foot).max(220.0));
     let reading = plot_ui(ui, &drawing, size, out);
     legend_ui(ui, slice, &shown.estimator);
