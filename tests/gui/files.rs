@@ -9,6 +9,7 @@ use mislab::state::prefs::WindowPrefs;
 use mislab::{AppOptions, MisLabApp};
 use mislab_renderer::{Layer, Strategy};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::lab::{Lab, small_scene};
@@ -373,4 +374,32 @@ fn what_was_kept_is_checked_and_written_long_before_the_end() {
     let ctx = harness.ctx.clone();
     harness.state_mut().apply(&ctx, Command::ToggleInspector);
     written(&mut harness, "\"inspector\": true");
+}
+
+/// What is hatched in one picture is worked out for its size.
+#[test]
+fn a_file_with_another_size_is_shown() {
+    // Without the thread that works out layers the window does it itself, and nothing would be seen of a panic.
+    static FAILED: AtomicBool = AtomicBool::new(false);
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        FAILED.fetch_or(std::thread::current().name() == Some("layers"), Ordering::Relaxed);
+        hook(info);
+    }));
+    let mut lab = Lab::new();
+    lab.apply(Edit::SetSpp(SppTarget::Endless));
+    for (name, side) in [("large.pbrt", 90), ("small.pbrt", 30), ("large.pbrt", 90)] {
+        let file = lab.file(name);
+        std::fs::write(&file, small_scene().replace("[60]", &format!("[{side}]"))).expect("write");
+        lab.apply(Command::OpenPath(file));
+        let spp = |lab: &Lab| {
+            let frame = lab.app().live().current_frame()?;
+            (frame.bounds().area() == side * side).then(|| frame.spp())
+        };
+        lab.until("the other size", |lab| spp(lab).is_some());
+        lab.apply(Edit::SetSpp(SppTarget::Endless));
+        let before = spp(&lab);
+        lab.until("more samples", |lab| spp(lab) > before);
+    }
+    assert!(!FAILED.load(Ordering::Relaxed), "layers are worked out");
 }

@@ -124,7 +124,8 @@ impl Lab {
         self.until("the finished picture", |lab| {
             let document = lab.document();
             let target = document.settings(document.active()).sampling.spp.map_or(1, |n| n.get());
-            lab.app().live().current_frame().is_some_and(|f| f.spp() >= target)
+            let live = lab.app().live();
+            live.current_frame().is_some_and(|f| f.spp() >= target) && !live.is_coming()
         });
         self.harness.step();
     }
@@ -199,7 +200,7 @@ impl Lab {
             let document = lab.document();
             let done = |(slot, live): (&Slot, &LivePicture)| {
                 let target = document.settings(slot).sampling.spp.map_or(1, |n| n.get());
-                live.current_frame().is_some_and(|f| f.spp() >= target)
+                live.current_frame().is_some_and(|f| f.spp() >= target) && !live.is_coming()
             };
             document.slots().len() == lab.app().pictures().len()
                 && document.slots().iter().zip(lab.app().pictures()).all(done)
@@ -214,7 +215,8 @@ impl Lab {
             let document = lab.document();
             let done = |(slot, live): (&Slot, &LivePicture)| {
                 let target = document.settings(slot).sampling.spp.map_or(1, |n| n.get());
-                slot.kept.is_some() || live.current_frame().is_some_and(|f| f.spp() >= target)
+                let here = |spp| spp >= target && !live.is_coming();
+                slot.kept.is_some() || live.current_frame().is_some_and(|f| here(f.spp()))
             };
             document.slots().iter().zip(lab.app().pictures()).all(done)
         });

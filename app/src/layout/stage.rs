@@ -30,7 +30,6 @@ const FRAME: f32 = 2.0;
 pub(super) fn stage_ui(ui: &mut Ui, lab: &mut Lab, legend: bool, out: &mut Vec<Command>) {
     let place = ui.available_rect_before_wrap();
     let cursor = lab.panes.cursor();
-    lab.panes.begin_pass();
     match lab.document.arrangement() {
         Arrangement::One => pane_ui(ui, lab, 0, [place, place], legend, out),
         arrangement @ (Arrangement::Beside | Arrangement::Four) => {
@@ -64,7 +63,6 @@ fn pane_ui(ui: &mut Ui, lab: &mut Lab, slot: usize, [viewport, clip]: [Rect; 2],
         pinning: studies.open == Some(Study::Explain),
         marked: studies.explain.marked().filter(|_| studies.open == Some(Study::Explain)),
         listed: if studies.open == Some(Study::Explain) { studies.explain.listed() } else { &[] },
-        turn: panes.has_turn(slot),
         selects: studies.open.is_some_and(Study::is_beside_pictures),
     };
     ui.scope_builder(UiBuilder::new().id_salt(("picture", slot)).max_rect(viewport), |ui| {

@@ -11,6 +11,14 @@ use crate::picture::background::{Background, Effort};
 /// For each pixel of the full image what it is; `None` while that is not known.
 pub type Darks = Option<Arc<Vec<Dark>>>;
 
+/// Whether two pictures are of the same pixels of the same surfaces, which may have moved: then what is known of one may be shown in the
+/// other until that is known.
+pub fn are_alike(a: &Request, b: &Request) -> bool {
+    let about =
+        |Request { scene, settings }: &Request| (settings.image.resolution, dark_materials(scene, &settings.estimator));
+    about(a) == about(b)
+}
+
 /// What the pixels of one picture are, as far as that is known.
 pub struct DarkSpots {
     background: Background<About, Arc<Vec<Dark>>>,
@@ -23,13 +31,8 @@ pub struct DarkSpots {
 struct About(Arc<Request>);
 
 impl About {
-    /// The same pixels of the same surfaces, which may have moved.
     fn is_like(&self, Self(other): &Self) -> bool {
-        let Self(this) = self;
-        let about = |Request { scene, settings }: &Request| {
-            (settings.image.resolution, dark_materials(scene, &settings.estimator))
-        };
-        about(this) == about(other)
+        are_alike(&self.0, other)
     }
 }
 

@@ -1,5 +1,5 @@
-// The picture on screen: one triangle over the viewport; for every physical pixel the pixel of the
-// frame under it, exposed and tone-mapped or falsely coloured. The twin of tone.rs, name by name.
+// The picture on its canvas: one triangle over it; for every physical pixel the pixel of the frame under it, exposed and tone-mapped or
+// falsely coloured. The twin of tone.rs, name by name. Then the canvas on the screen.
 
 // Of these the twin asks `kind` and `tone_map`; here KIND and TONE_MAP have their place.
 struct Uniforms {
@@ -43,6 +43,7 @@ const UNLIT = -8.50705866596322149530e37;
 @group(0) @binding(0) var<uniform> u: Uniforms;
 @group(0) @binding(1) var planes: texture_2d_array<f32>;
 @group(0) @binding(2) var tables: texture_2d<f32>;
+@group(0) @binding(3) var canvas: texture_2d<f32>;
 
 // What the fragments branch by is known when a pipeline is made: Mesa's software driver works out all branches for every pixel,
 // whichever is taken.
@@ -163,7 +164,7 @@ fn colour(pixel: vec2<i32>, at: vec2<f32>) -> vec3<f32> {
 
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let at = position.xy - u.viewport;
+    let at = position.xy;
     let pixel = floor((at - u.origin) * u.inv_scale);
     var shown = u.surround.rgb;
     if all(pixel >= u.bounds.xy) && all(pixel < u.bounds.zw) {
@@ -173,4 +174,9 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
         shown = vec3<f32>(srgb_decode(shown.r), srgb_decode(shown.g), srgb_decode(shown.b));
     }
     return vec4<f32>(shown, 1.0);
+}
+
+@fragment
+fn from_canvas(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+    return textureLoad(canvas, vec2<i32>(position.xy - u.viewport), 0);
 }

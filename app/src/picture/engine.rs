@@ -4,6 +4,7 @@ use eframe::egui;
 use mislab_renderer::{Abreast, Lockstep, Pace, Renderer, Request, State};
 
 use crate::picture::content::Content;
+use crate::picture::incoming::Developer;
 use crate::picture::live::LivePicture;
 use crate::state::passes;
 
@@ -14,15 +15,16 @@ pub struct Engine {
     // Dropped first: pictures leave before the renderer joins its threads.
     pictures: Vec<LivePicture>,
     renderer: Option<Renderer>,
+    developer: Developer,
     threads: usize,
 }
 
 impl Engine {
     /// Starts the workers; each new frame asks `ctx` for one pass. No pictures yet: see [`Self::match_requests`].
     pub fn new(ctx: &egui::Context, threads: usize) -> Self {
-        let ctx = ctx.clone();
-        let renderer = Renderer::new(threads, move || passes::for_news(&ctx));
-        Self { abreast: None, pictures: Vec::new(), threads: renderer.threads(), renderer: Some(renderer) }
+        let developer = Developer::new(ctx);
+        let renderer = Renderer::new(threads, developer.bell(ctx));
+        Self { abreast: None, pictures: Vec::new(), threads: renderer.threads(), renderer: Some(renderer), developer }
     }
 
     /// As many pictures as requests. Where their number changes, those that work on one of the requests go on with it;
@@ -39,7 +41,7 @@ impl Engine {
             })
             .collect();
         let mut spare = old.into_iter();
-        let mut new = || spare.next().unwrap_or_else(|| LivePicture::new(renderer.add_picture()));
+        let mut new = || spare.next().unwrap_or_else(|| LivePicture::new(renderer.add_picture(), &self.developer));
         self.pictures = found.into_iter().map(|live| live.unwrap_or_else(&mut new)).collect();
     }
 
@@ -53,7 +55,7 @@ impl Engine {
         };
         if !same {
             // A new one: what the old one was working on is not wanted any more.
-            *live = LivePicture::of_held(renderer.add_picture(), kept.cloned());
+            *live = LivePicture::of_held(renderer.add_picture(), &self.developer, kept.cloned());
             self.abreast = None;
         }
     }
@@ -67,6 +69,9 @@ impl Engine {
     pub fn release(&mut self, ctx: &egui::Context) {
         let next = passes::due(ctx);
         self.pictures.iter_mut().for_each(|picture| picture.release(next));
+        if self.pictures.iter().any(LivePicture::is_coming) {
+            self.developer.look_again();
+        }
     }
 
     /// Keeps several pictures abreast by that; `None` lets them run freely.

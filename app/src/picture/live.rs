@@ -2,13 +2,15 @@
 //!
 //! The only place that talks to [`mislab_renderer::Picture`].
 
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use mislab_renderer::{Frame, Frames, Pace, Picture, Request, Status, Subscription};
+use mislab_renderer::{Frame, Pace, Picture, Request, Status, Subscription};
 
 use crate::picture::content::Content;
 use crate::picture::foreign::Foreign;
+use crate::picture::incoming::{Arrived, Developer, Incoming, Look};
 
 /// How long the old picture may stand unmarked after a change: shorter than one notices, longer
 /// than the first pass of a usual picture takes, so that dragging a slider does not flicker.
@@ -19,12 +21,18 @@ pub struct LivePicture {
     /// `None` once the workers have been stopped.
     picture: Option<Picture>,
     /// What the window has asked for: a frame at a time.
-    frames: Frames,
+    incoming: Arc<Incoming>,
     submitted: Option<Request>,
     generation: u64,
     changed_at: Instant,
     /// Held during a pass of the window only: the room of a frame that nobody holds goes to the next one.
     frame: Option<Arc<Frame>>,
+    /// What is to be seen of it, where that has been worked out.
+    arrived: RefCell<Option<Arrived>>,
+    /// Shown in this pass.
+    looked_at: Cell<bool>,
+    /// The frame of this pass has come since the last one.
+    new: bool,
     /// Generation of the frame on screen.
     shown: Option<u64>,
     pace: Pace,
@@ -34,14 +42,17 @@ pub struct LivePicture {
 
 impl LivePicture {
     /// Nothing asked for yet.
-    pub fn new(picture: Picture) -> Self {
+    pub fn new(picture: Picture, developer: &Developer) -> Self {
         Self {
-            frames: picture.subscribe(Subscription::live()),
+            incoming: developer.add(picture.subscribe(Subscription::live())),
             picture: Some(picture),
             submitted: None,
             generation: 0,
             changed_at: Instant::now(),
             frame: None,
+            arrived: RefCell::default(),
+            looked_at: Cell::default(),
+            new: false,
             shown: None,
             pace: Pace::Full,
             held: None,
@@ -49,8 +60,8 @@ impl LivePicture {
     }
 
     /// A frame that was kept or a file, on a picture of which nothing is asked.
-    pub fn of_held(picture: Picture, held: Option<Content>) -> Self {
-        Self { held, ..Self::new(picture) }
+    pub fn of_held(picture: Picture, developer: &Developer, held: Option<Content>) -> Self {
+        Self { held, ..Self::new(picture, developer) }
     }
 
     /// What is shown instead of anything rendered: a frame that was kept, or a file.
@@ -136,17 +147,40 @@ impl LivePicture {
 
     /// Takes the newest frame for a pass of the window, unless it holds one.
     pub fn hold(&mut self) {
-        if self.frame.is_none() {
-            self.frame = self.frames.take().or_else(|| self.picture.as_ref()?.latest());
-            self.shown = self.frame.as_ref().map(|frame| frame.generation());
+        if self.frame.is_some() {
+            return;
         }
+        let (frame, arrived) = self.incoming.take().unzip();
+        self.new = frame.is_some();
+        self.frame = frame.or_else(|| self.picture.as_ref()?.latest());
+        self.arrived = RefCell::new(arrived.flatten());
+        self.shown = self.frame.as_ref().map(|frame| frame.generation());
+    }
+
+    /// What is to be seen of the frame of this pass, where that has been worked out already.
+    pub fn arrived(&self) -> Option<Arrived> {
+        self.arrived.take()
+    }
+
+    /// The pass shows it like that. Whether a newer frame than it has shown is on its way to be shown like that, too.
+    pub fn look(&self, look: Look) -> bool {
+        self.looked_at.set(true);
+        self.incoming.look(Some(look))
+    }
+
+    /// Whether there is a newer frame than any pass has shown.
+    pub fn is_coming(&self) -> bool {
+        self.incoming.is_coming()
     }
 
     /// Gives it back: the pass is over, and the next one for a frame is due at `next`.
     pub fn release(&mut self, next: Instant) {
         self.frame = None;
-        self.frames.not_before(next);
-        self.frames.release();
+        self.arrived = RefCell::default();
+        if !self.looked_at.take() {
+            self.incoming.look(None);
+        }
+        self.incoming.release(std::mem::take(&mut self.new), next);
     }
 
     /// The frame of this pass or, between passes, the newest one; perhaps of older settings. None of a file.

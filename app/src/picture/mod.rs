@@ -12,6 +12,7 @@ pub mod figure;
 pub mod film_texture;
 pub mod foreign;
 pub mod histogram;
+pub mod incoming;
 pub mod interaction;
 pub mod legend;
 pub mod live;

@@ -1,7 +1,5 @@
 //! A picture in the window, with all that is drawn on it: legend, outlines, the pixel under the mouse.
 
-use std::time::Duration;
-
 use eframe::egui::{self, Align2, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
 
@@ -14,11 +12,13 @@ use crate::picture::black::Black;
 use crate::picture::content::Content;
 use crate::picture::dark::{DarkSpots, Darks, SharedDarkSpots};
 use crate::picture::film_texture::FilmPipeline;
+use crate::picture::incoming::Look;
 use crate::picture::interaction::{Interaction, Place};
 use crate::picture::legend::{Key, legend_overlay};
 use crate::picture::live::LivePicture;
 use crate::picture::picking::Target;
 use crate::picture::pixel::Pixel;
+use crate::picture::planes::Asked;
 use crate::picture::selection::Selection;
 use crate::picture::viewport::{Shown, Viewport};
 use crate::state::command::Command;
@@ -52,8 +52,6 @@ pub struct Subject<'a> {
     pub listed: &'a [[u32; 2]],
     /// The mouse selects a part with Shift.
     pub selects: bool,
-    /// It is its turn to show new numbers: see [`Panes::has_turn`].
-    pub turn: bool,
 }
 
 /// What all pictures have in common.
@@ -152,11 +150,21 @@ impl Pane {
             Some(Content::Frame(frame)) => common.dark.of(ui.ctx(), frame, layer),
             Some(Content::File(_)) | None => None,
         };
+        if let Some(arrived) = on.live.arrived()
+            && let Some(content) = &content
+        {
+            self.viewport.take(content, arrived);
+        }
+        let numbers = self.viewport.asks_for_numbers(ui.ctx(), self.geometry.as_ref());
+        let asked = Asked { layer, unit, numbers };
+        let frame = content.as_ref().and_then(Content::frame).filter(|_| on.live.held().is_none());
+        let coming = frame.is_some_and(|frame| {
+            let (dark, request) = (dark.clone(), frame.request().clone());
+            on.live.look(Look { asked, dark, request, pipeline: self.viewport.pipeline().cloned() })
+        });
         let planes = content.as_ref().map(|content| {
-            let outdated = self.viewport.outdated_planes(content, layer, unit).filter(|_| !on.turn);
-            let Some(outdated) = outdated else { return self.viewport.planes_of(content, layer, unit, &dark) };
-            ui.ctx().request_repaint_after(Duration::from_millis(1));
-            Ok(outdated)
+            let before = self.viewport.outdated_planes(content, &asked).filter(|_| coming);
+            before.map_or_else(|| self.viewport.planes_of(content, &asked, &dark), Ok)
         });
         let missing = planes.as_ref().and_then(|planes| planes.as_ref().err()).cloned();
         let planes = planes.and_then(Result::ok);
@@ -350,13 +358,7 @@ pub struct Panes {
     /// Two pictures as one.
     against: Against,
     common: Common,
-    /// Passes of the window so far.
-    passes: usize,
 }
-
-/// So many pictures show new numbers in one pass of the window. More would hold it up, and numbers on their way to the graphics device
-/// take their memory once more.
-const AT_ONCE: usize = 2;
 
 impl Panes {
     /// Drawn on that device, or on the CPU if there is none or it refuses the shader. None yet: see
@@ -364,7 +366,7 @@ impl Panes {
     pub fn new(render_state: Option<&RenderState>) -> Self {
         let pipeline = render_state.and_then(FilmPipeline::new);
         let (against, common) = (Against::new(pipeline.clone()), Common::default());
-        Self { against, pipeline, panes: Vec::new(), divider: 0.5, common, passes: 0 }
+        Self { against, pipeline, panes: Vec::new(), divider: 0.5, common }
     }
 
     /// As many as the document has slots: the last ones go, or new ones come.
@@ -380,17 +382,6 @@ impl Panes {
     /// The panes, in the order of the slots.
     pub fn all(&self) -> &[Pane] {
         &self.panes
-    }
-
-    /// To be called in each pass of the window.
-    pub fn begin_pass(&mut self) {
-        self.passes = self.passes.wrapping_add(1);
-    }
-
-    /// Whether a slot shows new numbers in this pass: two of four in turns, and all of fewer.
-    pub fn has_turn(&self, slot: usize) -> bool {
-        let turns = self.panes.len().div_ceil(AT_ONCE).max(1);
-        slot / AT_ONCE == self.passes % turns
     }
 
     /// Draws the pane of that slot over all that is left of `ui` and of its clip rectangle.

@@ -15,7 +15,25 @@ pub const UNHIT: f32 = f32::MIN / 2.0;
 /// Stands for a pixel that has no number because it reflects no light, in layers of one number.
 pub const UNLIT: f32 = f32::MIN / 4.0;
 
-/// The numbers of one layer of a frame.
+/// What is asked of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Asked {
+    /// Which of its layers.
+    pub layer: Layer,
+    /// What a variance is per.
+    pub unit: VarianceUnit,
+    /// Also its numbers: the graphics device may be the only one to have them otherwise.
+    pub numbers: bool,
+}
+
+impl Asked {
+    /// Whether these are what is asked for.
+    pub fn is_met_by(&self, planes: &Planes) -> bool {
+        planes.quantity() == self.layer.into() && (planes.has_numbers() || !self.numbers)
+    }
+}
+
+/// The numbers of one layer of a frame, or what they are about.
 #[derive(Clone, Debug)]
 pub struct Planes {
     quantity: Quantity,
@@ -40,14 +58,19 @@ impl Planes {
     /// A layer of a frame as it is shown: the variance in that unit, and what is hatched marked; `dark` has a value for each pixel of
     /// the full image.
     pub fn shown(frame: &Frame, layer: Layer, unit: VarianceUnit, dark: Option<&[Dark]>) -> Self {
+        Self::shown_in(Vec::new(), frame, layer, unit, dark)
+    }
+
+    /// The same in the memory of older ones, which [`Self::without_numbers`] has given.
+    pub fn shown_in(memory: Vec<f32>, frame: &Frame, layer: Layer, unit: VarianceUnit, dark: Option<&[Dark]>) -> Self {
         let mut planes = match layer {
-            Layer::Variance => Self::variance(frame, unit),
+            Layer::Variance => Self::variance(memory, frame, unit),
             Layer::Picture
             | Layer::Light
             | Layer::Bsdf
             | Layer::WeightLight
             | Layer::WeightBsdf
-            | Layer::ShareLight => Self::from_frame(frame, layer),
+            | Layer::ShareLight => Self::from_frame_in(memory, frame, layer),
         };
         if let Some(dark) = dark {
             planes.mark(dark);
@@ -55,10 +78,10 @@ impl Planes {
         planes
     }
 
-    fn variance(frame: &Frame, unit: VarianceUnit) -> Self {
+    fn variance(mut data: Vec<f32>, frame: &Frame, unit: VarianceUnit) -> Self {
         let bounds = frame.bounds();
         let area = bounds.area();
-        let mut data = vec![0.0; variance::CHANNELS.len() * area];
+        data.resize(variance::CHANNELS.len() * area, 0.0);
         frame.resolve(&variance::CHANNELS, &mut data);
         let cost = variance::cost(unit, frame);
         for i in 0..area {
@@ -99,10 +122,24 @@ impl Planes {
 
     /// The numbers of a layer of a frame, as files have them.
     pub fn from_frame(frame: &Frame, layer: Layer) -> Self {
+        Self::from_frame_in(Vec::new(), frame, layer)
+    }
+
+    fn from_frame_in(mut data: Vec<f32>, frame: &Frame, layer: Layer) -> Self {
         let (bounds, channels) = (frame.bounds(), layer.channels());
-        let mut data = vec![0.0; channels.len() * bounds.area()];
+        data.resize(channels.len() * bounds.area(), 0.0);
         frame.resolve(channels, &mut data);
         Self::new(layer, bounds, frame.request().settings.image.resolution, data)
+    }
+
+    /// What they are about without the numbers, and the memory of these for others.
+    pub fn without_numbers(self) -> (Self, Vec<f32>) {
+        (Self { data: Vec::new(), ..self }, self.data)
+    }
+
+    /// Whether there are numbers, or the graphics device alone has them.
+    pub fn has_numbers(&self) -> bool {
+        self.data.len() >= self.bounds.area()
     }
 
     /// What the numbers are.

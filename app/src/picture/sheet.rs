@@ -103,6 +103,11 @@ impl Recorder {
         });
     }
 
+    /// Whether a sheet is being recorded.
+    pub fn is_recording(ctx: &Context) -> bool {
+        ctx.with_plugin(|recorder: &mut Self| recorder.notes.is_some()).unwrap_or_default()
+    }
+
     /// Draws what is for the screen alone: on paper it is left out with the room that it takes, and what follows in its row,
     /// or below it, moves up.
     pub fn on_screen_only<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {

@@ -131,6 +131,11 @@ impl Uniforms {
         Self { stale, ..self }
     }
 
+    /// The same but for where the viewport is on the screen.
+    pub fn same_canvas(&self, other: &Self) -> bool {
+        Self { viewport: other.viewport, ..*self } == *other
+    }
+
     /// Number of the kind, and of the tone map where that makes a difference: what the shader is compiled for.
     pub fn variant(&self) -> [u32; 2] {
         [self.kind, if self.kind == Kind::Colour as u32 { self.tone_map } else { 0 }]

@@ -11,7 +11,8 @@ use crate::picture::content::Content;
 use crate::picture::dark::Darks;
 use crate::picture::film_texture::{FilmPipeline, FilmTexture};
 use crate::picture::foreign::Foreign;
-use crate::picture::planes::{BLIND, Planes, UNHIT, UNLIT};
+use crate::picture::incoming::Arrived;
+use crate::picture::planes::{Asked, BLIND, Planes, UNHIT, UNLIT};
 use crate::picture::sheet::Recorder;
 use crate::picture::tone::{self, Uniforms};
 use crate::state::placement::{Geometry, Placement};
@@ -94,6 +95,27 @@ impl Viewport {
         self.gpu.is_some()
     }
 
+    /// What it is drawn with; `None`: on the CPU.
+    pub fn pipeline(&self) -> Option<&FilmPipeline> {
+        self.gpu.as_ref().map(FilmTexture::pipeline)
+    }
+
+    /// Whether the numbers are asked for where the picture lay in the last pass, or it is enough that the graphics device has them.
+    pub fn asks_for_numbers(&self, ctx: &egui::Context, geometry: Option<&Geometry>) -> bool {
+        self.gpu.is_none()
+            || Recorder::is_recording(ctx)
+            || geometry.is_some_and(|geometry| cell(geometry) >= VALUES_FROM)
+    }
+
+    /// The layer of a frame as it was worked out for this viewport.
+    pub fn take(&mut self, content: &Content, arrived: Arrived) {
+        let Arrived { look, planes, staged } = arrived;
+        if let (Some(gpu), Some(staged)) = (&mut self.gpu, staged) {
+            gpu.stage(&planes, staged);
+        }
+        self.planes = Some((Origin::of(content), look.asked.unit, look.dark, planes));
+    }
+
     /// Draws the picture over all that is left of `ui` and lets wheel, pinch, drag and double click change
     /// `view.placement`. Numbers are uploaded again only when the `Arc` is another one.
     pub fn ui(&mut self, ui: &mut egui::Ui, view: &mut ViewState, shown: Shown<'_>) -> ViewportResponse {
@@ -133,25 +155,20 @@ impl Viewport {
     }
 
     /// The layer as it was taken out last, if it was that one and there is something newer by now.
-    pub fn outdated_planes(&self, content: &Content, layer: Layer, unit: VarianceUnit) -> Option<Arc<Planes>> {
-        let (from, as_unit, _, planes) = self.planes.as_ref()?;
-        (!from.is(content) && *as_unit == unit && planes.quantity() == layer.into()).then(|| planes.clone())
+    pub fn outdated_planes(&self, content: &Content, asked: &Asked) -> Option<Arc<Planes>> {
+        let (from, unit, _, planes) = self.planes.as_ref()?;
+        (!from.is(content) && *unit == asked.unit && asked.is_met_by(planes)).then(|| planes.clone())
     }
 
     /// The layer, taken out only when content, layer or what is asked of it changed.
     ///
     /// # Errors
     /// If there are no numbers of that layer, why not.
-    pub fn planes_of(
-        &mut self,
-        content: &Content,
-        layer: Layer,
-        unit: VarianceUnit,
-        dark: &Darks,
-    ) -> Result<Arc<Planes>, String> {
+    pub fn planes_of(&mut self, content: &Content, asked: &Asked, dark: &Darks) -> Result<Arc<Planes>, String> {
+        let Asked { layer, unit, .. } = *asked;
         if let Some((from, as_unit, marked, planes)) = &self.planes {
-            let same = from.is(content) && planes.quantity() == layer.into();
-            if same && *as_unit == unit && marked.as_ref().map(Arc::as_ptr) == dark.as_ref().map(Arc::as_ptr) {
+            let same = from.is(content) && *as_unit == unit && asked.is_met_by(planes);
+            if same && marked.as_ref().map(Arc::as_ptr) == dark.as_ref().map(Arc::as_ptr) {
                 return Ok(planes.clone());
             }
         }
@@ -163,12 +180,18 @@ impl Viewport {
     }
 
     fn paint(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
-        if let Some(callback) = self.gpu.as_mut().and_then(|gpu| gpu.paint(planes, uniforms)) {
+        let size = (rect.size() * painter.ctx().pixels_per_point()).round();
+        let size = [size.x, size.y].map(|side| side as u32);
+        if let Some(callback) = self.gpu.as_mut().and_then(|gpu| gpu.paint(planes, uniforms, size)) {
             self.cpu = None;
             let at = painter.add(egui_wgpu::Callback::new_paint_callback(rect, callback));
             Recorder::note(painter, at, rect, planes, uniforms);
-        } else {
+        } else if planes.has_numbers() {
             self.paint_on_cpu(painter, rect, planes, uniforms);
+        } else {
+            // The device had them, and has refused to draw them: from here on without it.
+            self.gpu = None;
+            painter.ctx().request_repaint();
         }
     }
 
@@ -241,6 +264,11 @@ fn navigate(ui: &egui::Ui, response: &egui::Response, placement: &mut Placement,
     geometry(placement)
 }
 
+/// Size of an image pixel on screen, in points.
+fn cell(geometry: &Geometry) -> f32 {
+    geometry.scale / geometry.pixels_per_point
+}
+
 fn full(image: [u32; 2]) -> PixelRect {
     PixelRect { min: [0, 0], max: image }
 }
@@ -253,8 +281,13 @@ fn pixel_at(bounds: PixelRect, at: [f32; 2]) -> Option<[u32; 2]> {
 
 /// Writes the numbers into the pixels when these are large enough on screen.
 fn draw_values(painter: &egui::Painter, planes: &Planes, geometry: &Geometry, uniforms: &Uniforms) {
-    let cell = geometry.scale / geometry.pixels_per_point;
+    let cell = cell(geometry);
     if cell < VALUES_FROM {
+        return;
+    }
+    if !planes.has_numbers() {
+        // They are asked for in the next pass.
+        painter.ctx().request_repaint();
         return;
     }
     let bounds = planes.bounds();

@@ -15,7 +15,7 @@ use crate::frame::Frame;
 const FIRST_FRAMES: u32 = 4;
 /// Longest time that a frame waits until the last one is released, in seconds. A window gains nothing from a frame that
 /// comes while it still draws, however slowly; a subscriber who forgets to release one still sees the picture move.
-const PATIENCE: f64 = 0.5;
+const PATIENCE: f64 = 3.0;
 /// Time after which a frame that nobody has taken counts as one that nobody will take soon, in seconds.
 const ATTENTION: f64 = 0.1;
 
@@ -28,8 +28,8 @@ pub struct Subscription {
     pub max_hz: Option<f32>,
     /// Frames at exactly these samples per pixel, each once a request. All of them wait until they are taken.
     pub at_spp: Marks,
-    /// A frame by [`Self::max_hz`] waits until the last one has been taken ([`Frames::take`]) and, at full pace and for half a
-    /// second at most, until it has been released ([`Frames::release`]). Then a picture needs two sets of sums and not three, and
+    /// A frame by [`Self::max_hz`] waits until the last one has been taken ([`Frames::take`]) and, at full pace and for three
+    /// seconds at most, until it has been released ([`Frames::release`]). Then a picture needs two sets of sums and not three, and
     /// while nobody looks no frame is made.
     pub one_at_a_time: bool,
 }
@@ -95,6 +95,12 @@ impl Frames {
         state.held = true;
         drop(state);
         self.latest.load_full()
+    }
+
+    /// Whether there is one to [`Self::take`].
+    pub fn is_waiting(&self) -> bool {
+        let state = self.feed.lock();
+        state.offered || !state.marked.is_empty()
     }
 
     /// The frame taken last is no longer looked at: see [`Subscription::one_at_a_time`].
@@ -262,8 +268,8 @@ mod tests {
 
         let held = frames.take().expect("offered");
         assert!(frames.take().is_none(), "each frame once");
-        assert_eq!([40, 499].map(|t| wants(t, 10, true)), [Wanted::No; 2], "it draws");
-        assert_eq!(wants(500, 10, true), Wanted::ByRate, "too slowly");
+        assert_eq!([40, 2999].map(|t| wants(t, 10, true)), [Wanted::No; 2], "it draws");
+        assert_eq!(wants(3000, 10, true), Wanted::ByRate, "too slowly");
         assert_eq!(wants(40, 10, false), Wanted::ByRate, "at another pace there is time for a third set of sums");
         frames.release();
         assert_eq!([33, 34].map(|t| wants(t, 10, true)), [Wanted::No, Wanted::ByRate], "thirty a second");
