@@ -13,8 +13,10 @@ use crate::chi_square::{LEAST_EXPECTED, Outcome, chi_square};
 use crate::draws::Draws;
 use crate::quadrature::GAUSS;
 
-/// Cells of a histogram, down and across.
-pub const TABLES: [[usize; 2]; 3] = [[10, 20], [50, 101], [100, 201]];
+/// Cells of a histogram, down and across: whole numbers of those of the last, which alone is integrated over.
+pub const TABLES: [[usize; 2]; 3] = [[10, 20], [50, 100], [100, 200]];
+/// The finest.
+const FINEST: [usize; 2] = TABLES[2];
 /// Samples of every pair.
 pub const SAMPLES: usize = 4_000_000;
 /// A cell is split until the parts of its integral differ from the whole by no more.
@@ -190,6 +192,17 @@ impl<P: Pair> Integral<'_, P> {
     }
 }
 
+/// What the cells of a coarser table hold, given those of the finest.
+fn gathered(finest: &[f64], [rows, columns]: [usize; 2]) -> Vec<f64> {
+    let [down, across] = [FINEST[0] / rows, FINEST[1] / columns];
+    let mut cells = vec![0.0; rows * columns];
+    for (k, value) in finest.iter().enumerate() {
+        let [row, column] = [k / FINEST[1] / down, k % FINEST[1] / across];
+        cells[row * columns + column] += value;
+    }
+    cells
+}
+
 /// Brings the points below `at` along an axis to the front.
 fn split(points: &mut [[f64; 2]], axis: usize, at: f64) -> (&mut [[f64; 2]], &mut [[f64; 2]]) {
     let mut below = 0;
@@ -272,8 +285,9 @@ pub fn check<P: Pair>(case: &Case<'_, P>, seed: u32) -> Vec<Found> {
     let least = if case.partly { 100.0 * LEAST_EXPECTED } else { LEAST_EXPECTED };
     let mut found = Vec::new();
     for (c, chart) in case.charts.iter().enumerate() {
+        let finest = Integral { pair: &case.pair, chart }.cells(FINEST, &pilots[c]);
         for (t, table) in TABLES.into_iter().enumerate() {
-            let mut expected = Integral { pair: &case.pair, chart }.cells(table, &pilots[c]);
+            let mut expected = gathered(&finest, table);
             let total: f64 = expected.iter().sum();
             for e in &mut expected {
                 *e *= SAMPLES as f64;

@@ -1,6 +1,6 @@
 //! Every sampler has the density that it claims.
 //!
-//! Four million samples of each pair go into tables of 10 x 20, 50 x 101 and 100 x 201 cells; what each cell
+//! Four million samples of each pair go into tables of 10 x 20, 50 x 100 and 100 x 200 cells; what each cell
 //! should hold is the integral of the renderer's own density over it. The cells are those of the whole sphere
 //! and those of a chart in which the lobe or light fills the table (`mislab_tests::charts`).
 //!

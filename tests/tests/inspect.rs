@@ -5,6 +5,7 @@ use mislab_renderer::inspect::{Accuracy, Direction, Moments, Table};
 use mislab_renderer::{Estimator, Geometry, Heuristic, OneSampleWeights, Scene, Settings, Strategy};
 use mislab_tests::experiment::veach;
 use mislab_tests::oracle::{self, LUMINANCE, World};
+use mislab_tests::pair::in_parallel;
 use mislab_tests::places::{EYE, of_one_sample, places, through_keyhole, variants};
 
 /// Largest relative difference to the oracle.
@@ -117,6 +118,18 @@ impl Deviations {
         }
     }
 
+    /// The worst of both.
+    fn with(mut self, other: Self) -> Self {
+        for (worst, other) in self.kinds.iter_mut().zip(other.kinds) {
+            let count = worst.count + other.count;
+            if other.deviation.is_nan() || other.deviation > worst.deviation {
+                *worst = other;
+            }
+            worst.count = count;
+        }
+        self
+    }
+
     fn judge(self, least: usize) {
         for worst in &self.kinds {
             let Worst { what, count, deviation, label } = worst;
@@ -135,15 +148,19 @@ fn describe(label: &str, table: &Table) {
 
 #[test]
 fn moments_agree_with_the_oracle_at_every_point() {
-    let mut deviations = Deviations::new(CLOSE);
-    for (label, scene, target) in places(&veach()) {
-        let point = World::new(&scene).point(EYE, target);
-        let table = through_keyhole(&scene, target, |point| point.tabulate(&Accuracy::default()));
-        describe(&label, &table);
+    let all = places(&veach());
+    let found = in_parallel(all.len(), |i| {
+        let (label, scene, target) = &all[i];
+        let mut deviations = Deviations::new(CLOSE);
+        let point = World::new(scene).point(EYE, *target);
+        let table = through_keyhole(scene, *target, |point| point.tabulate(&Accuracy::default()));
+        describe(label, &table);
         for settings in estimators() {
-            deviations.compare(&label, &table, &point, &settings);
+            deviations.compare(label, &table, &point, &settings);
         }
-    }
+        deviations
+    });
+    let deviations = found.into_iter().reduce(Deviations::with).expect("there are places");
     deviations.judge(41 * estimators().len());
 }
 

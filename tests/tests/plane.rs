@@ -3,14 +3,14 @@
 use mislab_renderer::plane::{NO_DIFFERENCE, Square, best_of};
 use mislab_renderer::{Estimator, Heuristic, Settings, Strategy};
 use mislab_tests::experiment::{independent, veach};
-use mislab_tests::oracle::{LUMINANCE, World};
+use mislab_tests::oracle::{LUMINANCE, Point, World};
 use mislab_tests::places::EYE;
 
 /// Largest relative deviation of a variance: what the plane's quadrature leaves, far below the 10 % that its colours tell apart.
 const CLOSE: f64 = 5e-3;
 
-/// The oracle's variance of one ray over the square of the mean.
-fn expected(square: &Square, alpha: f32, radius: f32, estimator: Estimator) -> f64 {
+/// The oracle's point of a square, of that roughness and light.
+fn point(square: &Square, alpha: f32, radius: f32) -> Point {
     let original = veach();
     let mut scene = original.clone();
     *scene.material_mut(square.plate()).and_then(|m| m.bsdf.alpha_mut()).expect("a plate") = alpha;
@@ -18,7 +18,11 @@ fn expected(square: &Square, alpha: f32, radius: f32, estimator: Estimator) -> f
         .light_shapes()
         .find(|&shape| scene.shapes[shape].light.as_ref().is_some_and(|light| light.name == square.light()));
     scene.set_light_radius(&original, light.expect("the light exists"), radius);
-    let point = World::new(&scene).point(EYE, square.point());
+    World::new(&scene).point(EYE, square.point())
+}
+
+/// Its variance of one ray over the square of the mean.
+fn expected(point: &Point, estimator: Estimator) -> f64 {
     let settings = Settings { estimator, ..independent(1, 1, [8, 8]) };
     let moments = point.sample(&settings, LUMINANCE).total;
     let rays = f64::from(estimator.strategy.rays_per_sample());
@@ -33,8 +37,9 @@ fn variances_are_the_oracles() {
     for (index, alpha, radius) in [(4, 0.02, 0.1), (7, 0.004, 1.2), (10, 0.2, 0.3), (13, 0.5, 0.05)] {
         let square = &squares[index];
         let found = square.variances(alpha, radius, &own).expect("light arrives");
+        let point = point(square, alpha, radius);
         for (strategy, found) in Strategy::ALL.into_iter().zip(found.per_ray) {
-            let expected = expected(square, alpha, radius, Estimator { strategy, ..own });
+            let expected = expected(&point, Estimator { strategy, ..own });
             let found = found.expect("nothing is biased");
             let name =
                 format!("{} x {}, alpha {alpha}, r {radius}: {}", square.plate(), square.light(), strategy.name());

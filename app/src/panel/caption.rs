@@ -134,7 +134,14 @@ impl Caption {
     /// there is room for. The layer comes before the rest. In a narrow place type is smaller, and where there is room
     /// for one number it is the error.
     pub fn line_ui(&self, ui: &mut Ui, equal: Lockstep, layer: Layer) {
-        let font = line_font(ui);
+        let mut font = line_font(ui);
+        // In the smallest pictures of a hall rather smaller type than half a word. The same in all pictures, whether or not one is biased.
+        let needed = [strategy_name(Strategy::MisAll), "= 888 rays", BIASED]
+            .map(|text| width(ui, text, &font))
+            .iter()
+            .sum::<f32>();
+        let room = ui.available_width() - 4.0 * GRID;
+        font.size *= (room / needed).clamp(0.7, 1.0);
         let medium = FontId::new(font.size, medium());
         let (inks, visuals) = (Inks::of(ui.visuals()), ui.visuals().clone());
         ui.spacing_mut().item_spacing.x = 2.0 * GRID;

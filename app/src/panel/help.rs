@@ -6,6 +6,11 @@ use crate::look::theme::medium;
 use crate::panel::widgets::{sheet_type, title};
 use crate::state::keys::bindings;
 
+fn key_width(ui: &egui::Ui, keys: &str) -> f32 {
+    let font = egui::FontId::new(egui::TextStyle::Body.resolve(ui.style()).size, medium());
+    ui.painter().layout_no_wrap(keys.to_owned(), font, egui::Color32::WHITE).size().x
+}
+
 /// The sheet. Returns false when it is done with.
 pub fn help_ui(ctx: &egui::Context) -> bool {
     let bindings = bindings();
@@ -18,19 +23,21 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
         sheet_type(ui);
         ui.heading("Keys");
         // The sheet scrolls where it must; its button is always in reach.
-        let room = ctx.content_rect().size() - egui::vec2(80.0, 190.0);
+        let room = ctx.content_rect().size() - egui::vec2(60.0, 190.0);
         ui.set_max_width(room.x);
         let scroll = ScrollArea::both().max_height(room.y).max_width(room.x).auto_shrink(true);
         scroll.show(ui, |ui| {
             ui.horizontal_top(|ui| {
                 for (index, groups) in columns.into_iter().enumerate() {
                     if index > 0 {
-                        ui.add_space(24.0);
+                        ui.add_space(10.0);
                     }
                     ui.vertical(|ui| {
+                        let keys = bindings.iter().filter(|action| groups.contains(&action.group));
+                        let wide = keys.map(|action| key_width(ui, action.keys)).fold(0.0, f32::max);
                         for group in groups {
                             title(ui, group);
-                            Grid::new(*group).num_columns(2).min_col_width(88.0).spacing([16.0, 4.0]).show(ui, |ui| {
+                            Grid::new(*group).num_columns(2).min_col_width(wide).spacing([10.0, 4.0]).show(ui, |ui| {
                                 ui.spacing_mut().interact_size.y = 0.0;
                                 for action in bindings.iter().filter(|a| a.group == *group) {
                                     ui.label(RichText::new(action.keys).family(medium()));

@@ -26,5 +26,5 @@ pub fn spread_words(frame: &Frame, unit: VarianceUnit, found: Option<Replicated>
         VarianceUnit::OneSample => two_digits(spread.absolute),
         VarianceUnit::Relative | VarianceUnit::PerRay | VarianceUnit::PerSecond => two_digits(cost * spread.relative),
     });
-    format!("{independent} if independent; {name} {pattern} ({REPLICATES} replicates)")
+    format!("variance {independent} if independent; {name} {pattern} ({REPLICATES} replicates)")
 }

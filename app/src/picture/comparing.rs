@@ -11,7 +11,7 @@ use mislab_renderer::{Frame, Layer, Lockstep, PixelRect};
 use crate::look::versus::Versus;
 use crate::picture::content::Content;
 use crate::picture::dark::Darks;
-use crate::picture::planes::Planes;
+use crate::picture::planes::{Planes, UNLIT};
 use crate::picture::variance::{self, luminance};
 use crate::state::view::VarianceUnit;
 
@@ -57,25 +57,29 @@ impl Question {
         let [a, b] = self.contents.each_ref().map(|content| Side::of(content, unit(self.equal)));
         let sides = [a?, b?].map(|side| side.without(&self.dark, bounds, image));
         let noise = || Pixels::noise(&sides[0].noise(), &sides[1].noise(), bounds.width() as usize);
+        let lit = sides.each_ref().map(|side| side.mean.as_slice());
         let (pixels, data) = match self.versus {
             Versus::Difference => (noise(), difference(&sides)),
             Versus::Variances => {
                 let pixels = noise();
-                let data = blocks(&pixels, bounds);
+                let data = blocks(&pixels, lit, bounds);
                 (pixels, data)
             }
             Versus::Errors => {
                 let reference = self.reference.as_ref()?;
                 let [a, b] = sides.each_ref().map(|side| reference.pixel_errors(side.rgb()));
                 let pixels = Pixels::errors(&a, &b);
-                let data = blocks(&pixels, bounds);
+                let data = blocks(&pixels, lit, bounds);
                 (pixels, data)
             }
         };
         let mut planes = Planes::new(self.versus, bounds, image, data);
-        // What cannot be sampled is no noise, but an error.
-        for dark in self.dark.iter().flatten().filter(|_| self.versus != Versus::Errors) {
-            planes.mark(dark);
+        for dark in self.dark.iter().flatten() {
+            match self.versus {
+                // What cannot be sampled is no noise, but an error.
+                Versus::Errors => planes.mark_unlit(dark),
+                Versus::Variances | Versus::Difference => planes.mark(dark),
+            }
         }
         let what = if self.versus == Versus::Errors { "" } else { per(self.equal) };
         let is_of_file = self.contents.iter().any(|content| content.frame().is_none());
@@ -193,8 +197,9 @@ fn difference([a, b]: &[Side; 2]) -> Vec<f32> {
     data.collect()
 }
 
-/// log2 of the ratio of the sums over each block; NaN where one of errors is negative by chance.
-fn blocks(pixels: &Pixels, bounds: PixelRect) -> Vec<f32> {
+/// log2 of the ratio of the sums over each block; NaN where one of errors is negative by chance or where a picture has no light yet: that
+/// is not a noise of 0.
+fn blocks(pixels: &Pixels, means: [&[f32]; 2], bounds: PixelRect) -> Vec<f32> {
     let [width, height] = [bounds.width() as usize, bounds.height() as usize];
     let mut data = vec![f32::NAN; bounds.area()];
     for top in (0..height).step_by(BLOCK) {
@@ -204,12 +209,41 @@ fn blocks(pixels: &Pixels, bounds: PixelRect) -> Vec<f32> {
                 max: [(left + BLOCK).min(width) as u32, (top + BLOCK).min(height) as u32],
             };
             let [a, b] = pixels.sums(&Region::Rect { width, rect });
-            // Of two that are 0 nothing is known; beyond a factor of a million the colour is the same.
-            let log = if a < 0.0 || b < 0.0 { f32::NAN } else { (a / b).log2().clamp(-20.0, 20.0) as f32 };
-            for y in top..rect.max[1] as usize {
+            let rows = top..rect.max[1] as usize;
+            let lit = means.map(|mean| {
+                rows.clone().any(|y| mean[y * width + left..y * width + rect.max[0] as usize].iter().any(|m| *m > 0.0))
+            });
+            // Beyond a factor of a million the colour is the same.
+            let log = match (a, b) {
+                (a, b) if a < 0.0 || b < 0.0 => f32::NAN,
+                (a, b) if (a == 0.0 && !lit[0]) || (b == 0.0 && !lit[1]) => f32::NAN,
+                // Lamps, and what a mirror shows of them: both are exact.
+                (0.0, 0.0) => UNLIT,
+                (a, b) => (a / b).log2().clamp(-20.0, 20.0) as f32,
+            };
+            for y in rows {
                 data[y * width + left..y * width + rect.max[0] as usize].fill(log);
             }
         }
     }
     data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four blocks in a row: A has no light yet; both are exact; B is, A is not; both are noisy.
+    #[test]
+    fn no_light_yet_is_no_noise_of_zero() {
+        let bounds = PixelRect { min: [0, 0], max: [32, 8] };
+        let plane = |blocks: [f64; 4]| (0..256).map(|pixel| blocks[pixel % 32 / BLOCK]).collect::<Vec<f64>>();
+        let pixels = Pixels::errors(&plane([0.0, 0.0, 2.0, 8.0]), &plane([3.0, 0.0, 0.0, 2.0]));
+        let lit = |blocks: [f64; 4]| plane(blocks).into_iter().map(|v| v as f32).collect::<Vec<f32>>();
+        let (a, b) = (lit([0.0, 1.0, 1.0, 1.0]), lit([1.0; 4]));
+        let found = blocks(&pixels, [&a, &b], bounds);
+        let of_blocks = [0, 8, 16, 24].map(|x| found[5 * 32 + x]);
+        assert!(of_blocks[0].is_nan(), "{of_blocks:?}");
+        assert_eq!(of_blocks[1..], [UNLIT, 20.0, 2.0], "{of_blocks:?}");
+    }
 }

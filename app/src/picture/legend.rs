@@ -250,8 +250,9 @@ impl Hatched {
         let (mut font, ink) = (small(ui), ui.visuals().strong_text_color());
         let colours = tone::hatch_of(quantity, ui.visuals().dark_mode);
         let meanings = Self::meanings(quantity);
-        let set =
-            |means: &Here, font: &FontId| ui.painter().layout_no_wrap(words(*means).to_owned(), font.clone(), ink);
+        let set = |means: &Here, font: &FontId| {
+            ui.painter().layout_no_wrap(words(quantity, *means).to_owned(), font.clone(), ink)
+        };
         let wide = |words: &Galley| BAR_HEIGHT + GAP + words.size().x;
         // A little smaller rather than another row.
         let text: f32 = meanings.iter().map(|means| set(means, &font).size().x).sum();
@@ -286,7 +287,7 @@ impl Hatched {
             Here::Never => "cross-hatched: ",
             Here::NoLight | Here::At(_) => "plain: ",
         };
-        let spoken = Self::meanings(quantity).iter().map(|means| look(means).to_owned() + words(*means));
+        let spoken = Self::meanings(quantity).iter().map(|means| look(means).to_owned() + words(quantity, *means));
         spoken.collect::<Vec<_>>().join(", ")
     }
 
@@ -303,9 +304,13 @@ impl Hatched {
     }
 }
 
+/// Of two pictures, neither of which has an error there: no light in both, or lamps.
+const BOTH_EXACT: &str = "both exact";
+
 /// What a pixel without a number is.
-fn words(means: Here) -> &'static str {
+fn words(quantity: Quantity, means: Here) -> &'static str {
     match means {
+        Here::NoLight if matches!(quantity, Quantity::Versus(_)) => BOTH_EXACT,
         Here::NothingYet => NOTHING_YET,
         Here::Never => NEVER,
         Here::NoLight => NO_LIGHT,

@@ -114,6 +114,13 @@ impl Planes {
         }
     }
 
+    /// Marks of a layer of one number what is [`UNLIT`] alone.
+    pub fn mark_unlit(&mut self, dark: &[Dark]) {
+        let empty: Vec<Dark> =
+            dark.iter().map(|dark| if *dark == Dark::Empty { Dark::Empty } else { Dark::Unhit }).collect();
+        self.mark(&empty);
+    }
+
     /// Whether anything is marked as hatched, in colours.
     pub fn has_hatched_colours(&self) -> bool {
         let colour = self.data.len() > self.bounds.area();

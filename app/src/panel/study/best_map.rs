@@ -17,13 +17,12 @@ use crate::look::names::{heuristic_name, weights_name};
 use crate::look::theme::GRID;
 use crate::panel::number::three_digits;
 use crate::panel::widgets::{caption, segmented, title_with_note};
+use crate::picture::tone;
 use crate::state::command::Command;
 use crate::state::study::Study;
 
 /// The loss from which its colours are at full strength.
 const FULL: f32 = 10.0;
-/// Pairs of stripes where nothing is reflected are so many texels apart.
-const STRIPES: usize = 8;
 
 /// Which of the two maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -214,7 +213,8 @@ fn position(found: &BestMap, map: Map, at: [u32; 2]) -> Option<f32> {
 /// The map as `size` texels.
 fn image(found: &BestMap, map: Map, size: [usize; 2], dark: bool) -> ColorImage {
     let table = ColourMap::technique(dark).table();
-    let [stripe, paper] = if dark { [0x50, 0x38] } else { [0xB0, 0xC8] }.map(Color32::from_gray);
+    // The same as in the layers of pictures.
+    let [plain, _] = tone::hatch(dark);
     let [width, height] = [found.bounds.width() as usize, found.bounds.height() as usize];
     let mut texels = Vec::with_capacity(size[0] * size[1]);
     for y in 0..size[1] {
@@ -226,8 +226,7 @@ fn image(found: &BestMap, map: Map, size: [usize; 2], dark: bool) -> ColorImage 
                     let [r, g, b, _] = table[(share * (TABLE_LEN - 1) as f32).round() as usize];
                     Color32::from_rgb(r, g, b)
                 }
-                None if (x + y) % STRIPES < STRIPES / 2 => stripe,
-                None => paper,
+                None => plain,
             });
         }
     }
@@ -308,9 +307,9 @@ fn about(map: Map, question: &Question) -> [String; 2] {
         format!("{} heuristic, weights: {}{c}", heuristic_name(estimator.heuristic), weights_name(estimator.weights));
     let all = format!(
         "{first} {how}. No samples: by quadrature over some hundred directions at the centres of pixels, c to 0.02 and loss to 8 % at \
-         99 of 100 pixels. Striped: nothing is reflected."
+         99 of 100 pixels. Grey: nothing is reflected."
     );
-    [all, format!("{how}. Striped: nothing is reflected.")]
+    [all, format!("{how}. Grey: nothing is reflected.")]
 }
 
 #[cfg(test)]

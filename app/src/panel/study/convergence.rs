@@ -349,7 +349,9 @@ fn foot_ui(
             let slope = curves.and_then(|curves| curves.slope(curve, study.part.part(), study.measure));
             let text = slope.map_or("\u{2013}".to_owned(), |fit| {
                 let [low, high] = fit.interval;
-                format!("{:.2} \u{b1} {:.2}", fit.slope, 0.5 * (high - low)).replace('-', "\u{2212}")
+                let half = 0.5 * (high - low);
+                let half = if half < 0.005 { "< 0.01".to_owned() } else { format!("{half:.2}") };
+                format!("{:.2} \u{b1} {half}", fit.slope).replace('-', "\u{2212}")
             });
             let name = strategy_name(strategy);
             let label = ui.label(RichText::new(format!("{name}{between}{text}")).color(inks.strategy(strategy)));

@@ -140,8 +140,9 @@ impl Pictures {
         }
         cells.hold();
         let frames = cells.pictures().iter().map(LivePicture::current_frame);
-        let wanted: Vec<_> =
-            frames.map(|frame| frame.map(|frame| Wanted { frame, layer: Layer::Picture, behind: false })).collect();
+        let wanted: Vec<_> = frames
+            .map(|frame| frame.map(|frame| Wanted { frame, layer: Layer::Picture, dark: None, behind: false }))
+            .collect();
         let fresh = self.tiles.refresh(ctx, &wanted, 3);
         let current = fresh.is_empty() && wanted.iter().all(Option::is_some);
         drop(wanted);

@@ -10,6 +10,7 @@ use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
 use crate::panel::widgets::{sheet_type, title};
+use crate::picture::dark::SharedDarkSpots;
 use crate::picture::engine::Engine;
 use crate::picture::legend::{Key, legend_overlay, legend_size, legend_ui};
 use crate::picture::live::LivePicture;
@@ -27,6 +28,8 @@ pub struct Pyramid {
 struct Open {
     /// Each technique alone.
     alone: Engine,
+    /// What is hatched in all of them.
+    dark: SharedDarkSpots,
     tiles: Tiles,
 }
 
@@ -116,6 +119,7 @@ pub fn pyramid_ui(ui: &mut Ui, study: &mut Pyramid, subject: &Subject<'_>, out: 
         Strategy::MisAll | Strategy::Mis => {
             let open = study.open.get_or_insert_with(|| Open {
                 alone: Engine::new(ui.ctx(), subject.threads),
+                dark: SharedDarkSpots::default(),
                 tiles: Tiles::new(Part::ALL.len(), subject.pipeline, subject.document.view.placement),
             });
             open.tiles.match_device(subject.pipeline);
@@ -153,7 +157,7 @@ impl Open {
             picture.hold();
         }
         self.alone.set_pace(pace);
-        let alone = self.alone.pictures();
+        let (alone, dark) = (self.alone.pictures(), &mut self.dark);
         let wanted = Part::ALL.map(|part| {
             let from = match part {
                 Part::Alone(Technique::Light) => alone.first(),
@@ -161,7 +165,9 @@ impl Open {
                 Part::Weight(_) | Part::Weighted(_) | Part::Sum => Some(live),
             }?;
             let behind = from.marked_in().is_some_and(|wait| wait.is_zero());
-            Some(Wanted { frame: from.frame()?, layer: part.layer(), behind })
+            let (frame, layer) = (from.frame()?, part.layer());
+            let dark = dark.of(ui.ctx(), &frame, layer);
+            Some(Wanted { frame, layer, dark, behind })
         });
         self.tiles.refresh(ui.ctx(), &wanted, 1);
         drop(wanted);

@@ -6,12 +6,13 @@ use eframe::egui::{self, Align2, Color32, Context, Rect, Response, Role, Sense, 
 use mislab_renderer::{Frame, Layer};
 
 use crate::panel::widgets::{caption, focus_ring};
+use crate::picture::dark::Darks;
 use crate::picture::film_texture::FilmPipeline;
 use crate::picture::planes::Planes;
 use crate::picture::viewport::{Shown, Viewport};
 use crate::state::passes;
 use crate::state::placement::Placement;
-use crate::state::view::ViewState;
+use crate::state::view::{VarianceUnit, ViewState};
 
 /// What a tile is to show.
 pub struct Wanted {
@@ -19,6 +20,8 @@ pub struct Wanted {
     pub frame: Arc<Frame>,
     /// Which of its layers.
     pub layer: Layer,
+    /// What is hatched in it.
+    pub dark: Darks,
     /// It is of older settings.
     pub behind: bool,
 }
@@ -29,6 +32,8 @@ struct Tile {
     layer: Layer,
     /// The frame that the numbers are from, which may be gone.
     from: Weak<Frame>,
+    /// What is hatched in them.
+    dark: Darks,
     planes: Option<Arc<Planes>>,
     /// They are of older settings.
     behind: bool,
@@ -51,6 +56,7 @@ impl Tiles {
             viewport: Viewport::new(pipeline.cloned()),
             layer: Layer::Picture,
             from: Weak::new(),
+            dark: None,
             planes: None,
             behind: false,
         };
@@ -79,9 +85,11 @@ impl Tiles {
         }
         let mut fresh = Vec::new();
         for index in (0..count).map(|i| (self.next + i) % count) {
-            let Some(Wanted { frame, layer, behind: _ }) = wanted.get(index).and_then(Option::as_ref) else { continue };
+            let Some(wanted) = wanted.get(index).and_then(Option::as_ref) else { continue };
+            let Wanted { frame, layer, dark, behind: _ } = wanted;
             let tile = &mut self.tiles[index];
-            if tile.planes.is_some() && Weak::as_ptr(&tile.from) == Arc::as_ptr(frame) && tile.layer == *layer {
+            let same = tile.dark.as_ref().map(Arc::as_ptr) == dark.as_ref().map(Arc::as_ptr) && tile.layer == *layer;
+            if same && tile.planes.is_some() && Weak::as_ptr(&tile.from) == Arc::as_ptr(frame) {
                 continue;
             }
             if fresh.len() == most {
@@ -91,8 +99,9 @@ impl Tiles {
             }
             // The old ones go first: no need for both at a time.
             tile.planes = None;
-            tile.planes = Some(Arc::new(Planes::from_frame(frame, *layer)));
-            (tile.from, tile.layer) = (Arc::downgrade(frame), *layer);
+            let hatched = dark.as_ref().map(|dark| dark.as_slice());
+            tile.planes = Some(Arc::new(Planes::shown(frame, *layer, VarianceUnit::OneSample, hatched)));
+            (tile.from, tile.layer, tile.dark) = (Arc::downgrade(frame), *layer, dark.clone());
             fresh.push(index);
         }
         fresh
