@@ -29,6 +29,7 @@ use crate::picture::content::Content;
 use crate::picture::figure::figure;
 use crate::picture::foreign::Foreign;
 use crate::picture::live::LivePicture;
+use crate::picture::meshes::Meshes;
 use crate::picture::normalise::normalise;
 use crate::picture::pane::Pane;
 use crate::picture::picking::things;
@@ -99,6 +100,10 @@ impl MisLabApp {
         if let Some(state) = &cc.wgpu_render_state {
             watch_gpu(state, &gpu_trouble, ctx);
             lab.draw_on(state);
+            // After the recorder, which looks at what this takes.
+            if let Some(meshes) = Meshes::new(state) {
+                ctx.add_plugin(meshes);
+            }
         }
         let starting = scene.is_some();
         let mut app = Self { lab, gpu_trouble, title: String::new(), kept, starting, closing: false };

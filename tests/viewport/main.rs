@@ -2,6 +2,7 @@
 //! zoom and pan. Pictures are drawn by a software driver; no display is needed.
 
 mod layers;
+mod meshes;
 mod twin;
 mod window;
 mod zoom;

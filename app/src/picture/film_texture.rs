@@ -485,7 +485,7 @@ fn pipeline(
 
 /// Runs `create`, which makes objects on `device`; `None` if the device reports an error, which would
 /// otherwise end the program.
-fn checked<T>(device: &wgpu::Device, create: impl FnOnce() -> T) -> Option<T> {
+pub fn checked<T>(device: &wgpu::Device, create: impl FnOnce() -> T) -> Option<T> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let created = create();

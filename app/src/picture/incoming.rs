@@ -99,7 +99,7 @@ impl Incoming {
     }
 
     fn comes(&self, state: &State) -> bool {
-        state.working || state.arrived.is_some() || self.frames.is_waiting()
+        self.is_working(state) || state.arrived.is_some() || self.frames.is_waiting()
     }
 
     /// The pass is over, in which a new frame was shown or not. The next pass is due at `next`: a frame that is still to come is not put
@@ -109,9 +109,13 @@ impl Incoming {
         let next = state.next.filter(|_| !shown).map_or(next, |before| before.min(next));
         state.next = Some(next);
         self.frames.not_before(next);
-        if !state.working && state.arrived.is_none() {
+        if !self.is_working(&state) && state.arrived.is_none() {
             self.frames.release();
         }
+    }
+
+    fn is_working(&self, state: &State) -> bool {
+        state.working && self.thread.strong_count() > 0
     }
 
     fn is_looked_at(&self, state: &State) -> bool {

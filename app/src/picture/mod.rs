@@ -16,6 +16,7 @@ pub mod incoming;
 pub mod interaction;
 pub mod legend;
 pub mod live;
+pub mod meshes;
 pub mod normalise;
 pub mod pane;
 pub mod paper;

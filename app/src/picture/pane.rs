@@ -1,6 +1,6 @@
 //! A picture in the window, with all that is drawn on it: legend, outlines, the pixel under the mouse.
 
-use eframe::egui::{self, Align2, Rect, Ui};
+use eframe::egui::{self, Align2, Color32, Rect, Ui};
 use eframe::egui_wgpu::RenderState;
 
 use mislab_renderer::{Layer, PixelRect};
@@ -203,7 +203,10 @@ impl Pane {
         let rect = shown.response.rect.intersect(ui.clip_rect());
         let Some(content) = content else {
             let text = if on.reading { "Reading the scene \u{2026}" } else { "Rendering the first picture \u{2026}" };
-            let font = egui::TextStyle::Heading.resolve(ui.style());
+            let heading = egui::TextStyle::Heading.resolve(ui.style());
+            let wide = ui.painter().layout_no_wrap(text.to_owned(), heading.clone(), Color32::WHITE).size().x;
+            let body = egui::TextStyle::Body.resolve(ui.style());
+            let font = if wide < rect.width() { heading } else { body };
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text, font, ui.visuals().weak_text_color());
             return;
         };
