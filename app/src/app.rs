@@ -423,6 +423,10 @@ impl eframe::App for MisLabApp {
     }
 
     fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
+        if ctx.input(|input| input.viewport().minimized == Some(true)) {
+            // No pass will show what waits for one.
+            self.lab.engine.release(ctx);
+        }
         self.update(ctx);
     }
 

@@ -197,32 +197,36 @@ fn difference([a, b]: &[Side; 2]) -> Vec<f32> {
     data.collect()
 }
 
-/// log2 of the ratio of the sums over each block; NaN where one of errors is negative by chance or where a picture has no light yet: that
-/// is not a noise of 0.
+/// log2 of the ratio of the sums over each block. NaN where nothing is known, where one of errors is negative by chance, and where all that
+/// a picture has is pixels without light yet: that is not a noise of 0. [`UNLIT`] where both pictures are exact: lamps, and what a mirror
+/// shows of them.
 fn blocks(pixels: &Pixels, means: [&[f32]; 2], bounds: PixelRect) -> Vec<f32> {
     let [width, height] = [bounds.width() as usize, bounds.height() as usize];
     let mut data = vec![f32::NAN; bounds.area()];
     for top in (0..height).step_by(BLOCK) {
         for left in (0..width).step_by(BLOCK) {
-            let rect = PixelRect {
-                min: [left as u32, top as u32],
-                max: [(left + BLOCK).min(width) as u32, (top + BLOCK).min(height) as u32],
-            };
-            let [a, b] = pixels.sums(&Region::Rect { width, rect });
-            let rows = top..rect.max[1] as usize;
-            let lit = means.map(|mean| {
-                rows.clone().any(|y| mean[y * width + left..y * width + rect.max[0] as usize].iter().any(|m| *m > 0.0))
-            });
-            // Beyond a factor of a million the colour is the same.
-            let log = match (a, b) {
-                (a, b) if a < 0.0 || b < 0.0 => f32::NAN,
-                (a, b) if (a == 0.0 && !lit[0]) || (b == 0.0 && !lit[1]) => f32::NAN,
-                // Lamps, and what a mirror shows of them: both are exact.
-                (0.0, 0.0) => UNLIT,
-                (a, b) => (a / b).log2().clamp(-20.0, 20.0) as f32,
-            };
-            for y in rows {
-                data[y * width + left..y * width + rect.max[0] as usize].fill(log);
+            let rows = top..(top + BLOCK).min(height);
+            let columns = left..(left + BLOCK).min(width);
+            let places = rows.flat_map(|y| columns.clone().map(move |x| y * width + x));
+            let known = places.filter(|&at| pixels.at(at).iter().all(|v| v.is_finite()));
+            let (mut sums, mut lit) = ([0.0; 2], [false; 2]);
+            for at in known.clone() {
+                let values = pixels.at(at);
+                for side in [0, 1] {
+                    sums[side] += values[side];
+                    lit[side] |= values != [0.0; 2] && means[side][at] > 0.0;
+                }
+            }
+            let [a, b] = sums;
+            for at in known {
+                data[at] = match (a, b) {
+                    (0.0, 0.0) if means.iter().all(|mean| mean[at] > 0.0) => UNLIT,
+                    (0.0, 0.0) => f32::NAN,
+                    (a, b) if a < 0.0 || b < 0.0 => f32::NAN,
+                    (a, b) if (a == 0.0 && !lit[0]) || (b == 0.0 && !lit[1]) => f32::NAN,
+                    // Beyond a factor of a million the colour is the same.
+                    (a, b) => (a / b).log2().clamp(-20.0, 20.0) as f32,
+                };
             }
         }
     }
@@ -233,17 +237,22 @@ fn blocks(pixels: &Pixels, means: [&[f32]; 2], bounds: PixelRect) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// Four blocks in a row: A has no light yet; both are exact; B is, A is not; both are noisy.
+    /// Six blocks in a row: A has no light yet; both are exact; A is not; both are noisy; nothing is known; a lamp, and beside it a
+    /// surface where A has no light yet.
     #[test]
     fn no_light_yet_is_no_noise_of_zero() {
-        let bounds = PixelRect { min: [0, 0], max: [32, 8] };
-        let plane = |blocks: [f64; 4]| (0..256).map(|pixel| blocks[pixel % 32 / BLOCK]).collect::<Vec<f64>>();
-        let pixels = Pixels::errors(&plane([0.0, 0.0, 2.0, 8.0]), &plane([3.0, 0.0, 0.0, 2.0]));
-        let lit = |blocks: [f64; 4]| plane(blocks).into_iter().map(|v| v as f32).collect::<Vec<f32>>();
-        let (a, b) = (lit([0.0, 1.0, 1.0, 1.0]), lit([1.0; 4]));
-        let found = blocks(&pixels, [&a, &b], bounds);
-        let of_blocks = [0, 8, 16, 24].map(|x| found[5 * 32 + x]);
-        assert!(of_blocks[0].is_nan(), "{of_blocks:?}");
-        assert_eq!(of_blocks[1..], [UNLIT, 20.0, 2.0], "{of_blocks:?}");
+        let bounds = PixelRect { min: [0, 0], max: [48, 8] };
+        let beside_lamp = |pixel: usize| pixel % 48 >= 44;
+        let plane = |blocks: [f64; 6], beside: f64| -> Vec<f64> {
+            (0..384).map(|at| if beside_lamp(at) { beside } else { blocks[at % 48 / BLOCK] }).collect()
+        };
+        let a = plane([0.0, 0.0, 2.0, 8.0, f64::NAN, 0.0], 0.0);
+        let b = plane([3.0, 0.0, 0.0, 2.0, f64::NAN, 0.0], 5.0);
+        let lit = |blocks, beside| plane(blocks, beside).into_iter().map(|v| v as f32).collect::<Vec<f32>>();
+        let means = [lit([0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 0.0), lit([1.0; 6], 1.0)];
+        let found = blocks(&Pixels::errors(&a, &b), [&means[0], &means[1]], bounds);
+        let of_blocks = [0, 8, 16, 24, 32, 40].map(|x| found[5 * 48 + x]);
+        assert!([0, 4, 5].iter().all(|i| of_blocks[*i].is_nan()), "{of_blocks:?}");
+        assert_eq!(of_blocks[1..4], [UNLIT, 20.0, 2.0], "{of_blocks:?}");
     }
 }

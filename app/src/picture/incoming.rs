@@ -57,10 +57,12 @@ pub struct Incoming {
 struct State {
     /// How the picture was shown in the last pass; `None` if it was not.
     look: Option<Look>,
-    /// A frame has been taken and its layer is being worked out.
-    working: bool,
+    /// How often that has changed.
+    changes: u64,
     /// When the next frame is wanted.
     next: Option<Instant>,
+    /// A frame has been taken and its layer is being worked out.
+    working: bool,
     /// That is done, and no pass has come yet; without its layer where the pass has to work that out.
     arrived: Option<(Arc<Frame>, Option<Arrived>)>,
 }
@@ -87,9 +89,10 @@ impl Incoming {
             (Some(_), None) | (None, Some(_)) => false,
         };
         if !same {
-            state.look = look;
+            state.changes += 1;
             state.arrived = None;
         }
+        state.look = look;
         same && self.is_looked_at(&state) && self.comes(&state)
     }
 
@@ -143,6 +146,7 @@ impl Incoming {
             return true;
         }
         state.working = true;
+        let changes = state.changes;
         drop(state);
         let dark = look.dark.as_ref().map(|dark| dark.as_slice());
         let mut planes = Planes::shown_in(std::mem::take(memory), &frame, look.asked.layer, look.asked.unit, dark);
@@ -154,7 +158,7 @@ impl Incoming {
         let mut state = self.lock();
         state.working = false;
         // It may be looked at in another way by now: then the window has worked that out itself.
-        if state.look.as_ref().is_some_and(|now| now.is(&look)) {
+        if state.changes == changes {
             state.arrived = Some((frame, Some(Arrived { look, planes, staged })));
             // It is shown then, and no other one is wanted before: passes of the renderer are the better the longer they are.
             let next = passes::due(ctx);
@@ -195,7 +199,7 @@ impl Developer {
         let thread = Arc::downgrade(&alive);
         let (ctx, work) = (ctx.clone(), shared.clone());
         let run = move || {
-            let _alive = alive;
+            let _alive = Alive(Some(alive), ctx.clone());
             let mut memory = Vec::new();
             while let Some(told) = work.next() {
                 let found = work.work_out(&ctx, &mut memory);
@@ -232,6 +236,16 @@ impl Developer {
     /// A pass is over: there may be room for a frame that had none, or another way to show it.
     pub fn look_again(&self) {
         self.shared.tell(|work| work.again = true);
+    }
+}
+
+/// The thread lives. Without it the window goes on by itself, with a pass for what it has missed.
+struct Alive(Option<Arc<()>>, Context);
+
+impl Drop for Alive {
+    fn drop(&mut self) {
+        self.0 = None;
+        passes::for_news(&self.1);
     }
 }
 

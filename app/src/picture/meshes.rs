@@ -32,6 +32,7 @@ pub struct Meshes {
 
 struct Texture {
     texture: wgpu::Texture,
+    options: TextureOptions,
     bind_group: wgpu::BindGroup,
 }
 
@@ -39,7 +40,6 @@ struct Texture {
 struct Draw {
     clip: Rect,
     indices: Range<u32>,
-    base_vertex: i32,
     bind_group: wgpu::BindGroup,
 }
 
@@ -102,7 +102,9 @@ impl Meshes {
         if width == 0 || height == 0 {
             return;
         }
-        let fits = |texture: &Texture| [texture.texture.width(), texture.texture.height()] == [width, height];
+        let fits = |texture: &Texture| {
+            [texture.texture.width(), texture.texture.height()] == [width, height] && texture.options == delta.options
+        };
         if delta.pos.is_none() && !self.textures.get(&id).is_some_and(fits) {
             let texture = self.create(width, height, delta.options);
             self.textures.insert(id, texture);
@@ -155,7 +157,7 @@ impl Meshes {
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
-        Texture { texture, bind_group }
+        Texture { texture, options, bind_group }
     }
 
     /// The meshes of each run, with all vertices and indices in the two buffers; between runs the callback that comes there.
@@ -167,14 +169,12 @@ impl Meshes {
                 Primitive::Mesh(mesh) => {
                     let Some(texture) = self.textures.get(&mesh.texture_id) else { continue };
                     let first = indices.len() as u32;
-                    draws.push(Draw {
-                        clip: clip_rect,
-                        indices: first..first + mesh.indices.len() as u32,
-                        base_vertex: vertices.len() as i32,
-                        bind_group: texture.bind_group.clone(),
-                    });
+                    // Old devices have no base vertex.
+                    let before = vertices.len() as u32;
                     vertices.extend_from_slice(&mesh.vertices);
-                    indices.extend_from_slice(&mesh.indices);
+                    indices.extend(mesh.indices.iter().map(|index| before + index));
+                    let (indices, bind_group) = (first..indices.len() as u32, texture.bind_group.clone());
+                    draws.push(Draw { clip: clip_rect, indices, bind_group });
                 }
                 Primitive::Callback(callback) => {
                     let shape = ClippedShape::new(clip_rect, Shape::Callback(callback));
@@ -254,7 +254,7 @@ impl CallbackTrait for Run {
             }
             pass.set_scissor_rect(left, top, right - left, bottom - top);
             pass.set_bind_group(1, &draw.bind_group, &[]);
-            pass.draw_indexed(draw.indices.clone(), draw.base_vertex, 0..1);
+            pass.draw_indexed(draw.indices.clone(), 0, 0..1);
         }
     }
 }

@@ -34,23 +34,34 @@ pub struct Viewport {
 
 /// What planes were taken from, which may be gone.
 enum Origin {
-    Frame(Weak<Frame>),
+    /// And its generation.
+    Frame(Weak<Frame>, u64),
     File(Weak<Foreign>),
 }
 
 impl Origin {
     fn of(content: &Content) -> Self {
         match content {
-            Content::Frame(frame) => Self::Frame(Arc::downgrade(frame)),
+            Content::Frame(frame) => Self::Frame(Arc::downgrade(frame), frame.generation()),
             Content::File(file) => Self::File(Arc::downgrade(file)),
         }
     }
 
     fn is(&self, content: &Content) -> bool {
         match (self, content) {
-            (Self::Frame(held), Content::Frame(frame)) => Weak::as_ptr(held) == Arc::as_ptr(frame),
+            (Self::Frame(held, _), Content::Frame(frame)) => Weak::as_ptr(held) == Arc::as_ptr(frame),
             (Self::File(held), Content::File(file)) => Weak::as_ptr(held) == Arc::as_ptr(file),
-            (Self::Frame(_), Content::File(_)) | (Self::File(_), Content::Frame(_)) => false,
+            (Self::Frame(..), Content::File(_)) | (Self::File(_), Content::Frame(_)) => false,
+        }
+    }
+
+    /// An older frame of the same settings.
+    fn is_before(&self, content: &Content) -> bool {
+        match (self, content) {
+            (Self::Frame(_, generation), Content::Frame(frame)) => {
+                !self.is(content) && *generation == frame.generation()
+            }
+            (Self::Frame(..) | Self::File(_), Content::Frame(_) | Content::File(_)) => false,
         }
     }
 }
@@ -154,10 +165,10 @@ impl Viewport {
         ViewportResponse { response, hovered_pixel, geometry: Some(geometry) }
     }
 
-    /// The layer as it was taken out last, if it was that one and there is something newer by now.
+    /// The layer as it was taken out last, if it was that one and there is a newer frame of the same settings by now.
     pub fn outdated_planes(&self, content: &Content, asked: &Asked) -> Option<Arc<Planes>> {
         let (from, unit, _, planes) = self.planes.as_ref()?;
-        (!from.is(content) && *unit == asked.unit && asked.is_met_by(planes)).then(|| planes.clone())
+        (from.is_before(content) && *unit == asked.unit && asked.is_met_by(planes)).then(|| planes.clone())
     }
 
     /// The layer, taken out only when content, layer or what is asked of it changed.
@@ -182,6 +193,9 @@ impl Viewport {
     fn paint(&mut self, painter: &egui::Painter, rect: Rect, planes: &Arc<Planes>, uniforms: Uniforms) {
         let size = (rect.size() * painter.ctx().pixels_per_point()).round();
         let size = [size.x, size.y].map(|side| side as u32);
+        if size.contains(&0) {
+            return;
+        }
         if let Some(callback) = self.gpu.as_mut().and_then(|gpu| gpu.paint(planes, uniforms, size)) {
             self.cpu = None;
             let at = painter.add(egui_wgpu::Callback::new_paint_callback(rect, callback));

@@ -71,6 +71,14 @@ impl Pixels {
         Self { compared: Compared::Errors, values: a.iter().zip(b).map(|(a, b)| [*a, *b]).collect() }
     }
 
+    /// The numbers of A and B at a pixel.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    pub fn at(&self, pixel: usize) -> [f64; 2] {
+        self.values[pixel]
+    }
+
     /// The sums over a region.
     ///
     /// # Panics
