@@ -135,11 +135,10 @@ impl Caption {
     /// for one number it is the error.
     pub fn line_ui(&self, ui: &mut Ui, equal: Lockstep, layer: Layer) {
         let mut font = line_font(ui);
+        let first = if self.error.is_empty() { "= 888 rays" } else { ERROR };
         // In the smallest pictures of a hall rather smaller type than half a word. The same in all pictures, whether or not one is biased.
-        let needed = [strategy_name(Strategy::MisAll), "= 888 rays", BIASED]
-            .map(|text| width(ui, text, &font))
-            .iter()
-            .sum::<f32>();
+        let needed =
+            [strategy_name(Strategy::MisAll), first, BIASED].map(|text| width(ui, text, &font)).iter().sum::<f32>();
         let room = ui.available_width() - 4.0 * GRID;
         font.size *= (room / needed).clamp(0.7, 1.0);
         let medium = FontId::new(font.size, medium());

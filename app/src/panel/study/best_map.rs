@@ -83,6 +83,7 @@ pub fn best_map_ui(ui: &mut Ui, study: &mut BestC, subject: &Subject<'_>, out: &
     let found = study.last.clone();
     let note = match found.as_ref().filter(|_| is_current).map(|map| map.step) {
         Some(1) => "a click explains a pixel".to_owned(),
+        Some(2) => "coarse so far: every other pixel \u{2026}".to_owned(),
         Some(step) => format!("coarse so far: each {step}th pixel \u{2026}"),
         None => "working \u{2026}".to_owned(),
     };

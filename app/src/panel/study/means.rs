@@ -6,11 +6,12 @@ use mislab_renderer::study::{Mean, p_values};
 use super::Subject;
 use super::convergence::reference_ui;
 use super::parts::{Chosen, part_name};
+use super::tiles::{caption_lines, caption_that_fits};
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
 use crate::panel::number::two_digits;
-use crate::panel::widgets::{caption, title};
+use crate::panel::widgets::{sheet_type, title};
 use crate::picture::sheet::Recorder;
 use crate::picture::slot_errors::{Round, SlotErrors};
 use crate::state::command::Command;
@@ -85,9 +86,8 @@ pub fn means_ui(ui: &mut Ui, study: &mut Means, subject: &Subject<'_>, out: &mut
     };
     study.part.follow(subject.selected, round.against.cells.squares.len());
     let verdicts = verdicts(round);
-    let foot = (round.slots.len() as f32 + 2.0) * ui.spacing().interact_size.y
-        + 6.0 * GRID
-        + 6.0 * ui.text_style_height(&TextStyle::Small);
+    let foot =
+        (round.slots.len() as f32 + 2.0) * ui.spacing().interact_size.y + 6.0 * GRID + caption_lines(ui, [3.0, 6.0]);
     let height = (ui.available_height() - foot).max(100.0);
     let scale = scale(round, &verdicts);
     let rows = egui::ScrollArea::vertical().id_salt("means").max_height(height);
@@ -96,7 +96,7 @@ pub fn means_ui(ui: &mut Ui, study: &mut Means, subject: &Subject<'_>, out: &mut
     // A rectangle that has just been selected has no row yet.
     let chosen = round.index(study.part.part()).unwrap_or(0);
     ui.add_space(GRID);
-    slots_ui(ui, round, &verdicts[chosen], chosen);
+    ui.scope(|ui| slots_ui(ui, round, &verdicts[chosen], chosen));
     ui.horizontal(|ui| {
         let button = |ui: &mut Ui| ui.button("CSV").accessible_name("Save the means as CSV");
         if Recorder::on_screen_only(ui, button).clicked() {
@@ -105,14 +105,12 @@ pub fn means_ui(ui: &mut Ui, study: &mut Means, subject: &Subject<'_>, out: &mut
         reference_ui(ui, subject, out);
     });
     let tests = verdicts.iter().flatten().flatten().filter(|verdict| verdict.p.is_some()).count();
-    caption(
-        ui,
-        format!(
-            "Mean luminance against the reference's, 95 % intervals. p: the chance that any of the {tests} tests differs as much \
-             without bias, 1 \u{2212} (1 \u{2212} p)^{tests}; below 1 % a picture is called biased. eff.: 1 / (variance of the mean \u{d7} \
-             seconds of processor time)."
-        ),
+    let all = format!(
+        "Mean luminance against the reference's, 95 % intervals. p: the chance that any of the {tests} tests differs as much \
+         without bias, 1 \u{2212} (1 \u{2212} p)^{tests}; below 1 % a picture is called biased. eff.: 1 / (variance of the mean \u{d7} \
+         seconds of processor time)."
     );
+    caption_that_fits(ui, &all, "95 % intervals. p: by chance, of all tests. eff.: 1 / (variance \u{d7} seconds).");
 }
 
 /// A row for each part: its name, a dot with its interval for each picture, the verdict. Returns from where to where the dots may lie.
@@ -228,6 +226,8 @@ fn slots_ui(ui: &mut Ui, round: &Round, row: &[Option<Verdict>], part: usize) {
     let name = part_name(Some(&round.against.cells), round.parts[part]);
     ui.label(format!("{name}: {} pixels, reference {}", reference.pixels, with_error(reference)));
     let inks = Inks::of(ui.visuals());
+    // In a hall rather small than cut.
+    sheet_type(ui);
     egui::Grid::new("means of the row").num_columns(4).spacing([4.0 * GRID, 0.0]).show(ui, |ui| {
         for (slot, verdict) in round.slots.iter().zip(row) {
             let (Some(slot), Some(verdict)) = (slot, verdict) else {

@@ -180,7 +180,7 @@ fn map_ui(ui: &mut Ui, study: &mut Plane, found: &Arc<Found>, chosen: usize, map
         None => {
             let square = at.and_then(near).map_or(&found.dots[chosen], |(_, dot)| dot);
             let Variances { per_ray, .. } = square.variances?;
-            let logs = per_ray.map(|v| v.map_or(f64::INFINITY, f64::ln));
+            let logs = per_ray.map(|v| v.map_or(f64::INFINITY, |v| v.max(0.0).ln()));
             Some(Reading { place: square.name.clone(), logs })
         }
     }
@@ -236,11 +236,19 @@ fn reading_ui(ui: &mut Ui, reading: Option<&Reading>) {
     let (text, style) = (ui.visuals().text_color(), TextStyle::Small);
     words(ui, cell(0.0, 2.0), Align2::LEFT_CENTER, place, style.clone(), text);
     for (i, strategy) in Strategy::ALL.into_iter().enumerate() {
-        let number = if logs[i].is_finite() { Number(logs[i].exp()).to_string() } else { "biased".into() };
+        let number = match logs[i] {
+            f64::INFINITY => "biased".into(),
+            // A mirror shows a light, or does not.
+            log if log < EXACT.ln() => "exact".into(),
+            log => Number(log.exp()).to_string(),
+        };
         let place = cell(2.0 + i as f32, 3.0 + i as f32);
         words(ui, place, Align2::LEFT_CENTER, &number, TextStyle::Body, inks.strategy(strategy));
     }
 }
+
+/// Variances over the squared mean that are below it are rounding.
+const EXACT: f64 = 1e-9;
 
 /// A variance in at most seven characters.
 struct Number(f64);
