@@ -2,15 +2,13 @@
 //! them. The second is drawn when something about it changes, and each pass of the window copies it.
 
 use std::collections::HashMap;
-use std::future::Future;
-use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
-use std::task::{Context, Poll, Waker};
 
 use eframe::egui_wgpu::{self, CallbackResources, CallbackTrait, ScreenDescriptor, wgpu};
 use mislab_renderer::PixelRect;
 
 use crate::look::colormap::{ColourMap, TABLE_LEN};
+use crate::picture::device::{Program, UNIFORM, checked};
 use crate::picture::planes::Planes;
 use crate::picture::tone::Uniforms;
 
@@ -43,26 +41,25 @@ impl FilmPipeline {
     pub fn new(render_state: &egui_wgpu::RenderState) -> Option<Self> {
         let egui_wgpu::RenderState { device, queue, target_format, .. } = render_state;
         checked(device, || {
-            let uniforms = wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            };
             let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some("picture"),
                 entries: &[
-                    entry(0, uniforms),
+                    entry(0, UNIFORM),
                     entry(1, texture_type(false, wgpu::TextureViewDimension::D2Array)),
                     entry(2, texture_type(true, wgpu::TextureViewDimension::D2)),
                 ],
             });
             let canvas_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: Some("canvas"),
-                entries: &[entry(0, uniforms), entry(3, texture_type(true, wgpu::TextureViewDimension::D2))],
+                entries: &[entry(0, UNIFORM), entry(3, texture_type(true, wgpu::TextureViewDimension::D2))],
             });
             let shader = device.create_shader_module(wgpu::include_wgsl!("display.wgsl"));
             Self {
-                from_canvas: pipeline(device, &shader, &canvas_layout, ("from_canvas", &[]), *target_format),
+                from_canvas: over_all(&shader, &canvas_layout, "from_canvas").pipeline(
+                    device,
+                    (*target_format).into(),
+                    &[],
+                ),
                 shader,
                 target: *target_format,
                 variants: Arc::default(),
@@ -90,7 +87,7 @@ impl FilmPipeline {
     fn compile(&self, [kind, tone_map]: [u32; 2]) -> wgpu::RenderPipeline {
         let encodes = f64::from(u8::from(self.target.is_srgb()));
         let constants = [("KIND", f64::from(kind)), ("TONE_MAP", f64::from(tone_map)), ("ENCODING_TARGET", encodes)];
-        pipeline(&self.device, &self.shader, &self.layout, ("fragment", &constants), self.target)
+        over_all(&self.shader, &self.layout, "fragment").pipeline(&self.device, self.target.into(), &constants)
     }
 
     /// Lays planes out for the device, in memory that it copies from; `None` if it refuses that.
@@ -447,64 +444,10 @@ impl Painter {
     }
 }
 
-/// A shader of the module over all of a target: which, with these constants.
-fn pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::BindGroupLayout,
-    (fragment, constants): (&str, &[(&str, f64)]),
-    target: wgpu::TextureFormat,
-) -> wgpu::RenderPipeline {
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("picture"),
-        bind_group_layouts: &[Some(layout)],
-        immediate_size: 0,
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("picture"),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment),
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-            targets: &[Some(target.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+/// A shader of the module over all of a target.
+fn over_all<'a>(module: &'a wgpu::ShaderModule, layout: &'a wgpu::BindGroupLayout, fragment: &'a str) -> Program<'a> {
+    Program { module, layouts: vec![layout], fragment, corners: None }
 }
-
-/// Runs `create`, which makes objects on `device`; `None` if the device reports an error, which would
-/// otherwise end the program.
-pub fn checked<T>(device: &wgpu::Device, create: impl FnOnce() -> T) -> Option<T> {
-    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let created = create();
-    let failed = [validation.pop().now(), memory.pop().now()].into_iter().any(|e| e.is_some());
-    (!failed).then_some(created)
-}
-
-/// The result of a future that is known to be ready, as error scopes are on native devices. In a browser the
-/// answer comes later; there the objects are taken as good.
-trait Now: Future<Output = Option<wgpu::Error>> + Sized {
-    fn now(self) -> Option<wgpu::Error> {
-        match pin!(self).poll(&mut Context::from_waker(Waker::noop())) {
-            Poll::Ready(error) => error,
-            Poll::Pending => None,
-        }
-    }
-}
-
-impl<F: Future<Output = Option<wgpu::Error>>> Now for F {}
 
 fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::VERTEX_FRAGMENT, ty, count: None }

@@ -15,7 +15,7 @@ use eframe::egui::{
 };
 use eframe::egui_wgpu::{self, CallbackResources, CallbackTrait, RenderState, ScreenDescriptor, wgpu};
 
-use crate::picture::film_texture::checked;
+use crate::picture::device::{Program, UNIFORM, checked};
 
 /// What meshes are drawn with, and the textures of the window.
 pub struct Meshes {
@@ -57,12 +57,7 @@ impl Meshes {
     pub fn new(render_state: &RenderState) -> Option<Self> {
         let RenderState { device, queue, target_format, .. } = render_state;
         checked(device, || {
-            let uniform = wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            };
-            let screen_layout = bind_group_layout(device, &[(wgpu::ShaderStages::VERTEX, uniform)]);
+            let screen_layout = bind_group_layout(device, &[(wgpu::ShaderStages::VERTEX, UNIFORM)]);
             let sampled = wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Float { filterable: true },
                 view_dimension: wgpu::TextureViewDimension::D2,
@@ -296,11 +291,6 @@ fn pipeline(
     target: wgpu::TextureFormat,
 ) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::include_wgsl!("meshes.wgsl"));
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some("meshes"),
-        bind_group_layouts: &[Some(screen), Some(texture)],
-        immediate_size: 0,
-    });
     let attributes = wgpu::vertex_attr_array![0 => Float32x2, 1 => Float32x2, 2 => Unorm8x4];
     let constants = [("ENCODING_TARGET", f64::from(u8::from(target.is_srgb())))];
     // Colours are premultiplied.
@@ -310,33 +300,13 @@ fn pipeline(
         color: blend(wgpu::BlendFactor::One, wgpu::BlendFactor::OneMinusSrcAlpha),
         alpha: blend(wgpu::BlendFactor::OneMinusDstAlpha, wgpu::BlendFactor::One),
     };
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("meshes"),
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: size_of::<Vertex>() as u64,
-                step_mode: wgpu::VertexStepMode::Vertex,
-                attributes: &attributes,
-            })],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("fragment"),
-            compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
-            targets: &[Some(wgpu::ColorTargetState {
-                format: target,
-                blend: Some(blend),
-                write_mask: wgpu::ColorWrites::ALL,
-            })],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let corners = wgpu::VertexBufferLayout {
+        array_stride: size_of::<Vertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &attributes,
+    };
+    let target = wgpu::ColorTargetState { format: target, blend: Some(blend), write_mask: wgpu::ColorWrites::ALL };
+    let program =
+        Program { module: &module, layouts: vec![screen, texture], fragment: "fragment", corners: Some(corners) };
+    program.pipeline(device, target, &constants)
 }

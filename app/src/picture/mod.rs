@@ -7,6 +7,7 @@ pub mod comparing;
 pub mod content;
 pub mod cut;
 pub mod dark;
+pub mod device;
 pub mod engine;
 pub mod figure;
 pub mod film_texture;
