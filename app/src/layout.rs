@@ -214,8 +214,8 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>
         ui.spacing_mut().interact_size.y = 0.0;
         ui.spacing_mut().item_spacing.y = 0.0;
         let hall = lab.scale() == TypeScale::Hall;
-        let (place, right) =
-            ui.max_rect().split_left_right_at_x(ui.max_rect().right() - if hall { 440.0 } else { 0.0 });
+        let legend = if hall { LEGEND } else { 0.0 };
+        let (place, right) = ui.max_rect().split_left_right_at_x(ui.max_rect().right() - legend);
         if hall {
             // A wide picture leaves no column for its legend.
             ui.scope_builder(UiBuilder::new().max_rect(right), |ui| active_legend_ui(ui, lab));
@@ -246,7 +246,7 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>
 /// The caption of the file that is shown alone.
 fn file_caption_ui(ui: &mut Ui, lab: &Lab, file: &Foreign) {
     let caption = FileCaption::new(file, lab.document.image.resolution);
-    ui.horizontal(|ui| caption.line_ui(ui, lab.document.active().layer));
+    ui.horizontal(|ui| caption.line_ui(ui, None));
 }
 
 /// What several pictures have alike, and of what scene they are.
@@ -271,11 +271,18 @@ fn equal_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 
 /// The legend of the picture that controls are about.
 fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
+    legend_ui(ui, active_key(lab));
+}
+
+fn active_key(lab: &Lab) -> legend::Key<'_> {
     let layer = lab.document.active().layer;
     let unit = lab.document.view.variance_unit;
     let here = lab.live().content().and_then(|content| lab.pane().here(&content, layer, unit));
-    legend_ui(ui, legend::Key { quantity: layer.into(), view: &lab.document.view, here });
+    legend::Key { quantity: layer.into(), view: &lab.document.view, here }
 }
+
+/// Width of the legend in the strip of the projector view.
+const LEGEND: f32 = 440.0;
 
 /// Width of what stands at the right end of the caption's second line.
 const ASIDE: f32 = 180.0;

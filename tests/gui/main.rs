@@ -8,6 +8,7 @@ mod explain;
 mod export;
 mod exr_slot;
 mod files;
+mod hall;
 mod lab;
 mod looks;
 mod paper;

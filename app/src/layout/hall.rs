@@ -1,18 +1,19 @@
 //! The projector view: the picture as large as it gets, beside one column or between two bars.
 
-use eframe::egui::{Align, CentralPanel, Layout, Panel, Rect, Ui, Vec2, vec2};
+use eframe::egui::{Align, CentralPanel, Layout, Panel, Rect, TextStyle, Ui, Vec2, vec2};
 
 use super::{
-    FROM_FILE, active_legend_ui, bar_frame, caption_strip, column_frame, file_caption_ui, layer_menu, pictures,
-    single_caption,
+    FROM_FILE, LEGEND, active_key, active_legend_ui, bar_frame, caption_strip, column_frame, file_caption_ui,
+    layer_menu, pictures, single_caption,
 };
 use crate::lab::Lab;
 use crate::look::layer::LayerLook;
 use crate::look::theme::{GRID, TypeScale};
 use crate::panel::caption::waiting_ui;
+use crate::panel::widgets::text_width;
 use crate::panel::{compare, display, formula, menu, status, strategy};
 use crate::picture::content::Content;
-use crate::picture::legend::hatched_ui;
+use crate::picture::legend::{hatched_ui, legend_size};
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::study::Study;
@@ -21,13 +22,17 @@ use crate::state::study::Study;
 pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
     if lab.studies.open.is_some_and(Study::is_beside_pictures) {
         // The study takes the column's place: without the picture nobody could point at a pixel.
-        caption_strip(ui, lab, HALL_CAPTION, out);
+        let height = strip_height(ui, lab);
+        caption_strip(ui, lab, height, out);
         return CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner;
     }
     let size = ui.available_size();
     let [columns, rows] = lab.document.arrangement().grid().map(|n| n as f32);
     let aspect = columns / rows * lab.document.view.placement.aspect(lab.document.image.resolution);
-    match hall_column(size, aspect) {
+    let strip = strip_height(ui, lab);
+    // A study in place of the pictures gets all that the strategies leave.
+    let column = if lab.studies.open.is_some() { Some(HALL_COLUMN) } else { hall_column(size, aspect, strip) };
+    match column {
         Some(width) => {
             let panel = Panel::left("hall column").resizable(false).exact_size(width).show_separator_line(false);
             panel.frame(column_frame()).show(ui, |ui| hall_column_ui(ui, lab, out));
@@ -36,15 +41,18 @@ pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rec
         None => {
             let bar = Panel::top("hall bar").exact_size(HALL_BAR).frame(bar_frame()).show_separator_line(false);
             bar.show(ui, |ui| hall_bar_ui(ui, lab, out));
-            caption_strip(ui, lab, HALL_CAPTION, out);
+            caption_strip(ui, lab, strip, out);
             CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner
         }
     }
 }
 
-/// Heights in points of what stands over and under a wide picture in a hall.
+/// Height in points of what stands over a wide picture in a hall.
 const HALL_BAR: f32 = 186.0;
+/// The least height of what stands under it: three lines.
 const HALL_CAPTION: f32 = 92.0;
+/// What a menu takes beside the text in it.
+const MENU_FRAME: f32 = 60.0;
 /// Height of the caption in the column: three lines.
 const HALL_LINES: f32 = 100.0;
 /// The narrowest column that holds the strategies.
@@ -52,11 +60,16 @@ const HALL_COLUMN: f32 = 440.0;
 
 /// Width of the column beside a picture of that shape in the projector view; `None` if the picture becomes larger with
 /// bars above and below.
-fn hall_column(size: Vec2, aspect: f32) -> Option<f32> {
+fn hall_column(size: Vec2, aspect: f32, strip: f32) -> Option<f32> {
     let column = (size.x - size.y * aspect).max(HALL_COLUMN);
     let beside = ((size.x - column) / aspect).min(size.y);
-    let between = (size.x / aspect).min(size.y - HALL_BAR - HALL_CAPTION);
+    let between = (size.x / aspect).min(size.y - HALL_BAR - strip);
     (beside >= between).then_some(column)
+}
+
+/// Height of the strip with caption and legend, which may have a bar.
+fn strip_height(ui: &Ui, lab: &Lab) -> f32 {
+    legend_size(ui, active_key(lab), LEGEND).y.max(HALL_CAPTION)
 }
 
 /// What the projector view has beside the picture.
@@ -92,28 +105,47 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
             });
         }
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            // Side by side: a legend needs the height.
-            ui.horizontal(|ui| {
-                // Layouts have the longer names, and a legend repeats that of a layer.
-                let width = 0.45 * ui.available_width();
-                display::layer_menu(ui, slot.layer, width, out);
-                compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
-            });
-            if lab.document.slots().len() > 1 {
-                ui.label("Equal");
-                compare::equal_ui(ui, &lab.document, out);
-            }
             // A study, and two pictures as one, have colours of their own.
             let as_one = lab.document.arrangement() == Arrangement::Difference;
-            if !as_one && lab.studies.open.is_none() {
-                if LayerLook::of(slot.layer).is_colour() {
-                    hatched_ui(ui);
-                } else {
-                    active_legend_ui(ui, lab);
-                }
+            let legend = !as_one && lab.studies.open.is_none();
+            let named = legend && !LayerLook::of(slot.layer).is_colour();
+            menus_ui(ui, lab, named, out);
+            if lab.document.slots().len() > 1 {
+                ui.horizontal(|ui| {
+                    ui.label("Equal");
+                    compare::equal_ui(ui, &lab.document, out);
+                });
+            }
+            if named {
+                active_legend_ui(ui, lab);
+            } else if legend {
+                hatched_ui(ui);
             }
         });
     });
+}
+
+/// The menus of layers and layouts: side by side where both names have room or that of the layer is `named` below, in a legend, which
+/// needs the height.
+fn menus_ui(ui: &mut Ui, lab: &Lab, named: bool, out: &mut Vec<Command>) {
+    let layer = lab.document.active().layer;
+    let wide = |text: &str| text_width(ui, text, TextStyle::Button) + MENU_FRAME;
+    let [first, second] = [LayerLook::of(layer).name, lab.document.arrangement().name()].map(wide);
+    let room = ui.available_width();
+    if named || first + second <= room {
+        ui.horizontal(|ui| {
+            let first = first.min(room - second - ui.spacing().item_spacing.x);
+            // A menu cuts its name at the end of what it is in.
+            ui.scope(|ui| {
+                ui.set_max_width(first);
+                display::layer_menu(ui, layer, first, out);
+            });
+            compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
+        });
+    } else {
+        display::layer_menu(ui, layer, room, out);
+        compare::layout_menu(ui, &lab.document, lab.studies.open, room, out);
+    }
 }
 
 /// What the projector view has above a wide picture.
@@ -151,8 +183,12 @@ mod tests {
 
     #[test]
     fn in_a_hall_a_square_picture_has_the_whole_height() {
-        assert_eq!(hall_column(vec2(1280.0, 720.0), 1.0), Some(560.0));
-        assert_eq!(hall_column(vec2(1280.0, 720.0), 2.4), None, "a wide one has the whole width");
-        assert_eq!(hall_column(vec2(960.0, 720.0), 1.0), Some(HALL_COLUMN), "larger than between two bars");
+        assert_eq!(hall_column(vec2(1280.0, 720.0), 1.0, HALL_CAPTION), Some(560.0));
+        assert_eq!(hall_column(vec2(1280.0, 720.0), 2.4, HALL_CAPTION), None, "a wide one has the whole width");
+        assert_eq!(
+            hall_column(vec2(960.0, 720.0), 1.0, HALL_CAPTION),
+            Some(HALL_COLUMN),
+            "larger than between two bars"
+        );
     }
 }

@@ -1,19 +1,23 @@
 //! The stage: one, two or four pictures, each with its caption.
 
+use std::sync::Arc;
+
 use eframe::egui::{
     self, Align, Align2, Color32, CursorIcon, Layout, Rect, Role, Sense, Stroke, StrokeKind, Ui, UiBuilder, pos2, vec2,
 };
+use mislab_renderer::Frame;
 
 use crate::lab::Lab;
 use crate::look::layer::LayerLook;
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::look::versus::Versus;
-use crate::panel::caption::{Caption, waiting_ui};
+use crate::panel::caption::{self, Alike, Caption, waiting_ui};
 use crate::panel::compare;
 use crate::panel::file_caption::FileCaption;
 use crate::picture::against;
 use crate::picture::content::Content;
+use crate::picture::live::LivePicture;
 use crate::picture::pane::Subject;
 use crate::picture::sheet::Recorder;
 use crate::state::arrangement::Arrangement;
@@ -242,6 +246,9 @@ fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, ou
     };
     ui.painter().rect_filled(edge, 0.0, ink);
     let inner = place.shrink2(vec2(2.5 * GRID, 0.0));
+    // Where all show the same the menu and the legend name it.
+    let slots = lab.document.slots();
+    let layer = slots.iter().any(|other| other.layer != slots[0].layer).then_some(slots[slot].layer);
     let layout = match align {
         Align::Max => Layout::right_to_left(Align::Center),
         Align::Min | Align::Center => Layout::left_to_right(Align::Center),
@@ -250,13 +257,20 @@ fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, ou
         ui.set_clip_rect(place.intersect(ui.clip_rect()));
         ui.spacing_mut().interact_size.y = 0.0;
         match &caption {
-            Some(Words::Frame(caption)) => {
-                caption.line_ui(ui, lab.document.equal, lab.document.slots()[slot].layer);
-            }
-            Some(Words::File(caption)) => caption.line_ui(ui, lab.document.slots()[slot].layer),
+            Some(Words::Frame(caption)) => caption.line_ui(ui, alike(lab), layer),
+            Some(Words::File(caption)) => caption.line_ui(ui, layer),
             None => waiting_ui(ui),
         }
     });
+}
+
+/// What the pictures are to have alike, and whether by now they have.
+fn alike(lab: &Lab) -> Alike {
+    let live = lab.engine.pictures().iter().filter(|live| live.kept().is_none());
+    let number = |frame: Arc<Frame>| caption::number(lab.document.equal, &frame);
+    let mut numbers = live.filter_map(LivePicture::current_frame).map(number);
+    let first = numbers.next();
+    Alike { what: lab.document.equal, exactly: numbers.all(|number| Some(&number) == first.as_ref()) }
 }
 
 /// Around the picture that controls are about.

@@ -34,6 +34,28 @@ pub struct Caption {
     spread: Option<String>,
 }
 
+/// What several pictures are to have alike.
+#[derive(Clone, Copy)]
+pub struct Alike {
+    /// Which of their numbers.
+    pub what: Lockstep,
+    /// It is the same in all by now.
+    pub exactly: bool,
+}
+
+/// What a frame has of what can be alike, in words.
+pub fn number(of: Lockstep, frame: &Frame) -> String {
+    match of {
+        Lockstep::Spp => format!("{} spp", frame.spp()),
+        Lockstep::Rays => {
+            let strategy = frame.request().settings.estimator.strategy;
+            let rays = u64::from(frame.spp()) * u64::from(strategy.rays_per_sample());
+            if rays == 1 { "1 ray".to_owned() } else { format!("{rays} rays") }
+        }
+        Lockstep::CpuSeconds => seconds(frame.stats().cpu_seconds),
+    }
+}
+
 /// The widest that stands in each place.
 const HOW: &str = "maximum, c 0.88";
 const SPP: &str = "88888 spp";
@@ -60,10 +82,10 @@ impl Caption {
         Self {
             strategy,
             how,
-            spp: format!("{} spp", frame.spp()),
+            spp: number(Lockstep::Spp, frame),
             paths: format!("{} paths", si(stats.paths as f64)),
-            rays: format!("{} rays", u64::from(frame.spp()) * u64::from(strategy.rays_per_sample())),
-            cpu: seconds(stats.cpu_seconds),
+            rays: number(Lockstep::Rays, frame),
+            cpu: number(Lockstep::CpuSeconds, frame),
             time: seconds(stats.render_seconds),
             scene: frame.request().scene.name.clone(),
             bias: bias(frame),
@@ -130,10 +152,11 @@ impl Caption {
         });
     }
 
-    /// In one line under one of several pictures: what is `equal` in all of them stands first, and as much of the rest as
-    /// there is room for. The layer comes before the rest. In a narrow place type is smaller, and where there is room
+    /// In one line under one of several pictures: what is alike in all of them stands first, and as much of the rest as
+    /// there is room for. A `layer` comes before the rest. In a narrow place type is smaller, and where there is room
     /// for one number it is the error.
-    pub fn line_ui(&self, ui: &mut Ui, equal: Lockstep, layer: Layer) {
+    pub fn line_ui(&self, ui: &mut Ui, alike: Alike, layer: Option<Layer>) {
+        let equal = alike.what;
         let mut font = line_font(ui);
         let first = if self.error.is_empty() { "= 888 rays" } else { ERROR };
         // In the smallest pictures of a hall rather smaller type than half a word. The same in all pictures, whether or not one is biased.
@@ -147,8 +170,10 @@ impl Caption {
         let name = strategy_name(self.strategy);
         let widest = strategy_name(Strategy::MisAll);
         cell(ui, name, widest, medium.clone(), Some(inks.strategy(self.strategy)), Align2::LEFT_CENTER);
+        // While they run pictures differ by a pass.
+        let sign = if alike.exactly { "=" } else { "\u{2248}" };
         let alike = |this: Lockstep, text: &str| {
-            if this == equal && !self.kept { format!("= {text}") } else { text.to_owned() }
+            if this == equal && !self.kept { format!("{sign} {text}") } else { text.to_owned() }
         };
         let spp = (alike(Lockstep::Spp, &self.spp), "= 888 spp", "Samples per pixel.");
         let rays = (alike(Lockstep::Rays, &self.rays), "= 888 rays", HINTS[2]);
@@ -166,7 +191,7 @@ impl Caption {
         if !self.error.is_empty() && ui.available_width() < both + 2.0 * ui.spacing().item_spacing.x {
             numbers.swap(0, 1);
         }
-        let layer = (layer != Layer::Picture).then(|| LayerLook::of(layer).name);
+        let layer = layer.map(|layer| LayerLook::of(layer).name);
         let behind = if self.kept { Some("kept") } else { self.behind.then_some("\u{2026}") };
         let comes = [self.bias.as_ref().map(|_| BIASED), layer, behind];
         let gap = ui.spacing().item_spacing.x;

@@ -33,12 +33,12 @@ impl FileCaption {
         Self { name: file.name().to_owned(), about: format!("{w} x {h}, from file{aligned}") }
     }
 
-    /// In one line, or in the first of several: the name, and what else is known where all of that has room.
-    pub fn line_ui(&self, ui: &mut Ui, layer: Layer) {
+    /// In one line, or in the first of several: the name, and what else is known and the `layer`, where all of that has room.
+    pub fn line_ui(&self, ui: &mut Ui, layer: Option<Layer>) {
         ui.spacing_mut().item_spacing.x = 2.0 * GRID;
         let font = line_font(ui);
         let medium = FontId::new(font.size, medium());
-        let layer = (layer != Layer::Picture).then(|| format!("   {}", LayerLook::of(layer).name));
+        let layer = layer.map(|layer| format!("   {}", LayerLook::of(layer).name));
         let about = self.about.clone() + &layer.unwrap_or_default();
         let room = ui.available_width();
         let beside = room - width(ui, &about, &font) - ui.spacing().item_spacing.x;

@@ -15,9 +15,9 @@ fn key_width(ui: &egui::Ui, keys: &str) -> f32 {
 pub fn help_ui(ctx: &egui::Context) -> bool {
     let bindings = bindings();
     let columns = [
-        ["Strategy", "Layout"].as_slice(),
-        ["View", "Rendering", "Study"].as_slice(),
-        ["File", "Window", "Edit"].as_slice(),
+        ["Strategy", "Layout", "Edit"].as_slice(),
+        ["View", "Study"].as_slice(),
+        ["File", "Rendering", "Window"].as_slice(),
     ];
     let modal = Modal::new(Id::unique("keys")).show(ctx, |ui| {
         sheet_type(ui);
@@ -37,7 +37,8 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
                         let wide = keys.map(|action| key_width(ui, action.keys)).fold(0.0, f32::max);
                         for group in groups {
                             title(ui, group);
-                            Grid::new(*group).num_columns(2).min_col_width(wide).spacing([10.0, 4.0]).show(ui, |ui| {
+                            let grid = Grid::new(*group).num_columns(2).min_col_width(wide).min_row_height(0.0);
+                            grid.spacing([10.0, 3.0]).show(ui, |ui| {
                                 ui.spacing_mut().interact_size.y = 0.0;
                                 for action in bindings.iter().filter(|a| a.group == *group) {
                                     ui.label(RichText::new(action.keys).family(medium()));

@@ -26,7 +26,7 @@ pub fn scene_ui(
 ) -> Option<Target> {
     let mut here = None;
     let scene = &document.scene;
-    title_with_note(ui, "Roughness", "GGX width \u{3b1}");
+    title_with_note(ui, "Roughness", &["GGX width \u{3b1}"]);
     let mut any = false;
     for (index, material) in scene.materials.iter().enumerate() {
         let Some(alpha) = material.bsdf.alpha() else { continue };
@@ -59,7 +59,7 @@ pub fn scene_ui(
         caption(ui, "No material of this scene has a roughness.");
     }
 
-    title_with_note(ui, "Lights", "radius, at the same power");
+    title_with_note(ui, "Lights", &["radius, at the same power"]);
     let radii: Vec<f32> =
         scene.light_shapes().filter_map(|shape| Document::radius(&document.opened.scene, shape)).collect();
     let smallest = radii.iter().copied().fold(f32::INFINITY, f32::min);

@@ -33,15 +33,28 @@ pub fn cell(ui: &mut Ui, text: &str, template: &str, font: FontId, color: Option
 
 /// Type for what lies over the window, so that all of it fits: in the projector view smaller than around it.
 pub fn sheet_type(ui: &mut Ui) {
-    const LARGEST: f32 = 18.0;
+    type_of_at_most(ui, SHEET_TYPE);
+}
+
+/// Size of type over the window, at most, in points.
+pub const SHEET_TYPE: f32 = 18.0;
+
+/// Type no larger than so many points.
+pub fn type_of_at_most(ui: &mut Ui, largest: f32) {
     for font in ui.style_mut().text_styles.values_mut() {
-        font.size = font.size.min(LARGEST);
+        font.size = font.size.min(largest);
     }
     let spacing = ui.spacing_mut();
-    let row = spacing.interact_size.y.min(1.6 * LARGEST);
+    let row = spacing.interact_size.y.min(1.6 * largest);
     spacing.interact_size.y = row;
     spacing.icon_width = spacing.icon_width.min(0.75 * row);
     spacing.icon_width_inner = spacing.icon_width_inner.min(0.4 * row);
+}
+
+/// How wide a text is in one line.
+pub fn text_width(ui: &Ui, text: &str, style: TextStyle) -> f32 {
+    let font = style.resolve(ui.style());
+    ui.painter().layout_no_wrap(text.to_owned(), font, Color32::WHITE).size().x
 }
 
 /// A quiet caption.
@@ -55,11 +68,14 @@ pub fn title(ui: &mut Ui, text: &str) -> Response {
     ui.label(RichText::new(text).family(medium()).strong())
 }
 
-/// Title of a section, with a remark at its right end.
-pub fn title_with_note(ui: &mut Ui, text: &str, note: &str) {
+/// Title of a section, with a remark at its right end: the first of `notes` that fits, or the last.
+pub fn title_with_note(ui: &mut Ui, text: &str, notes: &[&str]) {
     ui.add_space(GRID);
     ui.horizontal(|ui| {
         ui.label(RichText::new(text).family(medium()).strong());
+        let room = ui.available_width();
+        let fits = |note: &&&str| text_width(ui, note, TextStyle::Small) <= room;
+        let note = notes.iter().find(fits).or(notes.last()).copied().unwrap_or_default();
         let note = RichText::new(note).text_style(TextStyle::Small).color(ui.visuals().weak_text_color());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.add(Label::new(note).truncate()));
     });

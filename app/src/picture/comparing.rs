@@ -156,8 +156,12 @@ impl Side {
         let area = frame.bounds().area();
         let mut data = vec![0.0; variance::CHANNELS.len() * area];
         frame.resolve(&variance::CHANNELS, &mut data);
-        let mean = (0..area).map(|i| luminance([0, 1, 2].map(|c| f64::from(data[c * area + i]))) as f32).collect();
-        let variance = data.split_off(3 * area);
+        let luminances = (0..area).map(|i| luminance([0, 1, 2].map(|c| f64::from(data[c * area + i]))) as f32);
+        let mean: Vec<f32> = luminances.collect();
+        let mut variance = data.split_off(3 * area);
+        for (variance, mean) in variance.iter_mut().zip(&mean) {
+            *variance = beyond_rounding(*variance, *mean);
+        }
         Self { colours: data, mean, variance, cost: variance::cost(unit, frame) }
     }
 
@@ -183,6 +187,12 @@ impl Side {
     fn noise(&self) -> Noise<'_> {
         Noise { mean: &self.mean, variance: &self.variance, cost: self.cost }
     }
+}
+
+/// 0 where a variance is what rounding leaves of that of equal samples, as those of a lamp: the difference of two numbers of seven digits.
+fn beyond_rounding(variance: f32, mean: f32) -> f32 {
+    const ROUNDING: f32 = 5e-7;
+    if variance < ROUNDING * mean * mean { 0.0 } else { variance }
 }
 
 /// Mean luminances of both, and how far pixels are apart; what is not a number in either is left out.
@@ -236,6 +246,15 @@ fn blocks(pixels: &Pixels, means: [&[f32]; 2], bounds: PixelRect) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rounding_is_no_noise() {
+        assert_eq!(
+            [1e-7, 1e-5, f32::NAN].map(|v| beyond_rounding(v, 1.0).to_bits()),
+            [0.0, 1e-5, f32::NAN].map(f32::to_bits)
+        );
+        assert_eq!(beyond_rounding(1e-7, 0.1), 1e-7, "it is relative to the mean square");
+    }
 
     /// Six blocks in a row: A has no light yet; both are exact; A is not; both are noisy; nothing is known; a lamp, and beside it a
     /// surface where A has no light yet.

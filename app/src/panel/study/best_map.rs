@@ -63,7 +63,7 @@ impl BestC {
 /// Draws it over all that is left of `ui`.
 pub fn best_map_ui(ui: &mut Ui, study: &mut BestC, subject: &Subject<'_>, out: &mut Vec<Command>) {
     let Some(frame) = subject.pictures[subject.document.active_index()].frame() else {
-        title_with_note(ui, "Best c of every pixel", "");
+        title_with_note(ui, "Best c of every pixel", &[]);
         let file = subject.document.active().is_file();
         ui.label(if file {
             "This picture is from a file: how it was made is not known."
@@ -87,7 +87,7 @@ pub fn best_map_ui(ui: &mut Ui, study: &mut BestC, subject: &Subject<'_>, out: &
         Some(step) => format!("coarse so far: each {step}th pixel \u{2026}"),
         None => "working \u{2026}".to_owned(),
     };
-    title_with_note(ui, "Best c of every pixel", &note);
+    title_with_note(ui, "Best c of every pixel", &[&note]);
     let choices = [(Map::Best, "Best c"), (Map::Loss, "Loss at c = 1/2")];
     let hint = |ui: &mut Ui, map: Map| {
         ui.label(match map {
@@ -108,7 +108,12 @@ pub fn best_map_ui(ui: &mut Ui, study: &mut BestC, subject: &Subject<'_>, out: &
         if !is_current {
             ui.multiply_opacity(0.5);
         }
-        let here = map_ui(ui, study, &found, plan.map, subject.cursor, out);
+        let under = map_ui(ui, study, &found, plan.map, subject.cursor);
+        if let Under { pixel: Some(pixel), clicked: true } = under {
+            out.push(Command::ToggleStudy(Study::Explain));
+            out.push(Command::Pin(Some(pixel)));
+        }
+        let here = under.pixel;
         ui.scope_builder(UiBuilder::new().id_salt("about").max_rect(plan.below), |ui| {
             ui.set_clip_rect(plan.below.intersect(ui.clip_rect()));
             legend_ui(ui, study.map, here.and_then(|at| position(&found, study.map, at)));
@@ -138,15 +143,16 @@ impl Plan {
     }
 }
 
-/// Draws the map; returns the pixel under the mouse, here or in a picture, in coordinates of the full image.
-fn map_ui(
-    ui: &mut Ui,
-    study: &mut BestC,
-    found: &Arc<BestMap>,
-    map: Rect,
-    cursor: Option<[u32; 2]>,
-    out: &mut Vec<Command>,
-) -> Option<[u32; 2]> {
+/// What the mouse is on, here or in a picture.
+struct Under {
+    /// In coordinates of the full image.
+    pixel: Option<[u32; 2]>,
+    /// It was clicked, here.
+    clicked: bool,
+}
+
+/// Draws the map over the rectangle `map`.
+fn map_ui(ui: &mut Ui, study: &mut BestC, found: &Arc<BestMap>, map: Rect, cursor: Option<[u32; 2]>) -> Under {
     let dark = ui.visuals().dark_mode;
     let bounds = found.bounds;
     let pixels = [bounds.width() as usize, bounds.height() as usize];
@@ -172,10 +178,6 @@ fn map_ui(
         let offset = [(share[0] * width as f32) as u32, (share[1] * height as f32) as u32];
         [bounds.min[0] + offset[0].min(width - 1), bounds.min[1] + offset[1].min(height - 1)]
     });
-    if let Some(pixel) = own.filter(|_| response.clicked()) {
-        out.push(Command::ToggleStudy(Study::Explain));
-        out.push(Command::Pin(Some(pixel)));
-    }
     // The mouse itself shows where it is.
     if let Some(at) = cursor.filter(|at| own.is_none() && index(found, *at).is_some()) {
         let share = |axis: usize, size: u32| (at[axis] - bounds.min[axis]) as f32 / size as f32;
@@ -184,7 +186,7 @@ fn map_ui(
             ui.painter().circle_stroke(at, 1.5 * GRID, (width, ink));
         }
     }
-    own.or(cursor)
+    Under { pixel: own.or(cursor), clicked: own.is_some() && response.clicked() }
 }
 
 /// Where a pixel is in the lists of the map.
@@ -282,9 +284,9 @@ fn reading_ui(ui: &mut Ui, found: &BestMap, here: Option<[u32; 2]>) {
         Some(([x, y], index)) if found.c[index].is_nan() => format!("x {x}, y {y}: nothing is reflected here"),
         Some(([x, y], index)) => {
             let loss = found.loss[index];
-            let more = if loss >= BestMap::MOST { "more than " } else { "" };
+            let more = if loss >= BestMap::MOST { "> " } else { "" };
             let loss = three_digits(f64::from(loss));
-            format!("x {x}, y {y}: best c {:.2}; c = 1/2 has {more}{loss} \u{d7} the least variance", found.c[index])
+            format!("x {x}, y {y}: best c {:.2}, loss at 1/2 {more}{loss} \u{d7}", found.c[index])
         }
     };
     words(ui, row, Align2::LEFT_CENTER, &text, TextStyle::Body, ink);

@@ -1,8 +1,6 @@
 //! Error against samples, on logarithmic axes.
 
-use eframe::egui::{
-    self, Align2, Button, Color32, Id, Pos2, Rect, Response, RichText, Role, Sense, Stroke, TextStyle, Ui, vec2,
-};
+use eframe::egui::{self, Align2, Button, Id, Pos2, Rect, Response, Role, Sense, Stroke, TextStyle, Ui, Vec2, vec2};
 use mislab_renderer::study::curves::Value;
 use mislab_renderer::study::{Cells, Curves, Measure, Part, Plan};
 use mislab_renderer::{Estimator, Strategy};
@@ -11,11 +9,12 @@ use super::Subject;
 use super::curves_job::{CurvesJob, State};
 use super::parts::{Chosen, part_name};
 use super::plot::Axes;
+use super::tiles::{caption_lines, caption_that_fits, is_large, words};
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
 use crate::panel::number::{seconds, two_digits};
-use crate::panel::widgets::{caption, segmented, title};
+use crate::panel::widgets::{segmented, text_width, title};
 use crate::picture::reference::REFERENCE_SPP;
 use crate::picture::sheet::Recorder;
 use crate::picture::slot_errors::SlotErrors;
@@ -45,10 +44,6 @@ pub struct Convergence {
 
 /// Samples per pixel of the points.
 const AT: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
-/// From this width on, slopes stand in two columns, in points.
-const WIDE: f32 = 640.0;
-/// The widest that is said of a slope.
-const WIDEST_SLOPE: &str = "MIS, both: slope \u{2212}8.88 \u{b1} 88.88";
 /// Pictures of each point.
 const REPLICATES: u32 = 8;
 
@@ -74,6 +69,11 @@ impl Convergence {
         {
             self.job = CurvesJob::start(ctx, request, plan, subject.threads, source, REFERENCE_SPP).ok();
         }
+    }
+
+    /// Something is said of a line drawn by hand.
+    fn is_predicted(&self) -> bool {
+        self.drawing || !self.prediction.is_empty()
     }
 
     fn x(&self, curves: &Curves, curve: usize, point: usize, value: &Value) -> f64 {
@@ -104,24 +104,25 @@ pub fn convergence_ui(ui: &mut Ui, study: &mut Convergence, subject: &Subject<'_
         study.prediction.clear();
     }
     let room = ui.available_size();
-    let foot = foot_height(ui);
+    let foot = foot_height(ui, study);
     let (rect, response) = ui.allocate_exact_size(vec2(room.x, (room.y - foot).max(140.0)), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, "Plot of errors"));
     let curves = state.as_ref().map(|state| &state.curves);
     let axes = axes(ui, study, subject, curves, rect);
     plot_ui(ui, study, subject, curves, &axes);
     draw_ui(study, &axes, &response);
+    slopes_ui(ui, study, curves, &axes);
     if let (Some(pointer), Some(curves), false) = (response.hover_pos(), curves, study.drawing) {
         hover_ui(ui, study, curves, &axes, pointer);
     }
     foot_ui(ui, study, subject, state.as_ref(), cells, out);
 }
 
-/// Room for the slopes, the prediction, the reference and a remark of up to three lines.
-fn foot_height(ui: &Ui) -> f32 {
-    let [body, small] = [TextStyle::Body, TextStyle::Small].map(|style| ui.text_style_height(&style));
-    let slopes = if ui.available_width() > WIDE { 2.0 } else { 4.0 };
-    (slopes + 2.0) * body + ui.spacing().interact_size.y + 3.0 * small + 6.0 * GRID
+/// Room for the prediction, the reference and a remark.
+fn foot_height(ui: &Ui, study: &Convergence) -> f32 {
+    let prediction =
+        if study.is_predicted() { ui.text_style_height(&TextStyle::Body) + ui.spacing().item_spacing.y } else { 0.0 };
+    prediction + ui.spacing().interact_size.y + caption_lines(ui, [1.0, 3.0]) + 3.0 * GRID
 }
 
 fn measure_name(measure: Measure) -> &'static str {
@@ -327,7 +328,40 @@ fn hover_ui(ui: &Ui, study: &Convergence, curves: &Curves, axes: &Axes, pointer:
     painter.galley(plate.min + vec2(2.0 * GRID, 1.5 * GRID), galley, ui.visuals().text_color());
 }
 
-/// Under the plot: slopes, how far it is, and what the prediction was worth.
+/// The slopes, in the corner of the plot where no curve goes: errors fall.
+fn slopes_ui(ui: &mut Ui, study: &Convergence, curves: Option<&Curves>, axes: &Axes) {
+    let inks = Inks::of(ui.visuals());
+    let between = if is_large(ui) { " " } else { ": slope " };
+    let lines: Vec<_> = Strategy::ALL
+        .into_iter()
+        .enumerate()
+        .map(|(curve, strategy)| {
+            let slope = curves.and_then(|curves| curves.slope(curve, study.part.part(), study.measure));
+            let text = slope.map_or("\u{2013}".to_owned(), |fit| {
+                let [low, high] = fit.interval;
+                let half = 0.5 * (high - low);
+                // Never "\u{b1} 0".
+                let decimals = if half < 0.01 { 3 } else { 2 };
+                format!("{:.decimals$} \u{b1} {:.decimals$}", fit.slope, half.max(0.001)).replace('-', "\u{2212}")
+            });
+            (format!("{}{between}{text}", strategy_name(strategy)), inks.strategy(strategy))
+        })
+        .collect();
+    let height = ui.text_style_height(&TextStyle::Small);
+    let width = lines.iter().map(|(text, _)| text_width(ui, text, TextStyle::Small)).fold(0.0, f32::max);
+    let size = vec2(width, height * lines.len() as f32) + Vec2::splat(2.0 * GRID);
+    let inside = axes.rect.shrink(2.0 * GRID);
+    let plate = Align2::LEFT_BOTTOM.align_size_within_rect(size, inside).intersect(inside);
+    ui.painter().rect_filled(plate, GRID, ui.visuals().extreme_bg_color.gamma_multiply(0.85));
+    for (row, (text, ink)) in lines.into_iter().enumerate() {
+        let corner = plate.min + vec2(GRID, GRID + row as f32 * height);
+        let place = Rect::from_min_size(corner, vec2(width, height)).intersect(inside);
+        words(ui, place, Align2::LEFT_CENTER, &text, TextStyle::Small, ink)
+            .hint("Slope of the line through the points on logarithmic axes, and its 95 % interval.");
+    }
+}
+
+/// Under the plot: how far it is, and what the prediction was worth.
 fn foot_ui(
     ui: &mut Ui,
     study: &Convergence,
@@ -336,45 +370,22 @@ fn foot_ui(
     cells: Option<&Cells>,
     out: &mut Vec<Command>,
 ) {
-    let inks = Inks::of(ui.visuals());
     let curves = state.map(|state| &state.curves);
-    let columns = if ui.available_width() > WIDE { 2 } else { 1 };
-    let (gap, font) = (6.0 * GRID, TextStyle::Body.resolve(ui.style()));
-    let widest = ui.painter().layout_no_wrap(WIDEST_SLOPE.into(), font, Color32::WHITE).size().x;
-    // In a hall two columns have no room for the word.
-    let between = if columns as f32 * (widest + gap) > ui.available_width() + gap { " " } else { ": slope " };
-    egui::Grid::new("slopes").num_columns(columns).min_row_height(0.0).spacing([gap, 0.0]).show(ui, |ui| {
-        ui.spacing_mut().interact_size.y = 0.0;
-        for (curve, strategy) in Strategy::ALL.into_iter().enumerate() {
-            let slope = curves.and_then(|curves| curves.slope(curve, study.part.part(), study.measure));
-            let text = slope.map_or("\u{2013}".to_owned(), |fit| {
-                let [low, high] = fit.interval;
-                let half = 0.5 * (high - low);
-                let half = if half < 0.005 { "< 0.01".to_owned() } else { format!("{half:.2}") };
-                format!("{:.2} \u{b1} {half}", fit.slope).replace('-', "\u{2212}")
-            });
-            let name = strategy_name(strategy);
-            let label = ui.label(RichText::new(format!("{name}{between}{text}")).color(inks.strategy(strategy)));
-            label.hint("Slope of the line through the points on logarithmic axes, and its 95 % interval.");
-            if (curve + 1) % columns == 0 {
-                ui.end_row();
-            }
-        }
-    });
-    ui.label(prediction_words(study, curves, subject.document.active().estimator.strategy));
+    if study.is_predicted() {
+        ui.label(prediction_words(study, curves, subject.document.active().estimator.strategy));
+    }
     reference_ui(ui, subject, out);
     let done = state.map_or_else(String::new, |state| match &state.error {
         Some(error) => format!("; {error}"),
         None => format!("; {} of {} pictures, {REPLICATES} a point", state.curves.count(), state.curves.total()),
     });
     let part = part_name(cells, study.part.part());
-    caption(
-        ui,
-        format!(
-            "{} over the {part}{done}. Bands: 95 %; dashed: slope \u{2212}1, as independent samples have.",
-            formula(study.measure)
-        ),
+    let measured = format!("over the {part}{done}");
+    let all = format!(
+        "{} {measured}. Bands: 95 %; dashed: slope \u{2212}1, as independent samples have.",
+        formula(study.measure)
     );
+    caption_that_fits(ui, &all, &format!("{} {measured}", measure_name(study.measure)));
 }
 
 /// Where the reference stands and what can be done about it.

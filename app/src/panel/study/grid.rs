@@ -10,7 +10,9 @@ use super::cells::{Axes, Cell, REFERENCE_SPP, requests};
 use super::tiles::{Tiles, Wanted, caption_that_fits, words};
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
+use crate::panel::number::two_digits;
 use crate::panel::widgets::segmented;
+use crate::picture::dark::SharedDarkSpots;
 use crate::picture::engine::Engine;
 use crate::picture::live::LivePicture;
 use crate::picture::planes::Planes;
@@ -34,6 +36,8 @@ struct Pictures {
     /// What renders the cells and the reference; not while the grid is closed.
     engines: Option<Engines>,
     tiles: Tiles,
+    /// What of them is hatched.
+    dark: SharedDarkSpots,
     /// relMSE of each cell as far as its picture is.
     errors: Vec<Option<f64>>,
     reference: Option<Halves>,
@@ -104,6 +108,7 @@ impl Pictures {
             engines: None,
             // The document's zoom is in pixels of a larger picture.
             tiles: Tiles::new(count, subject.pipeline, Placement::Fit),
+            dark: SharedDarkSpots::default(),
             errors: vec![None; count],
             reference: None,
             reference_spp: 0,
@@ -139,17 +144,20 @@ impl Pictures {
             self.tiles.retake();
         }
         cells.hold();
-        let frames = cells.pictures().iter().map(LivePicture::current_frame);
-        let wanted: Vec<_> = frames
-            .map(|frame| frame.map(|frame| Wanted { frame, layer: Layer::Picture, dark: None, behind: false }))
-            .collect();
-        let fresh = self.tiles.refresh(ctx, &wanted, 3);
-        let current = fresh.is_empty() && wanted.iter().all(Option::is_some);
-        drop(wanted);
-        for index in fresh {
-            let planes = self.tiles.planes(index);
-            self.errors[index] = planes.zip(self.reference.as_ref()).and_then(|(planes, r)| rel_mse(planes, r));
+        let mut wanted = Vec::new();
+        for live in cells.pictures() {
+            wanted.push(live.current_frame().map(|frame| {
+                let dark = self.dark.of(ctx, &frame, Layer::Picture);
+                Wanted { frame, layer: Layer::Picture, dark, behind: false }
+            }));
         }
+        let fresh = self.tiles.refresh(ctx, &wanted, 3);
+        let current = fresh.is_empty() && wanted.iter().all(|wanted| wanted.as_ref().is_some_and(|w| w.dark.is_some()));
+        for index in fresh {
+            let frame = wanted[index].as_ref().map(|wanted| &wanted.frame);
+            self.errors[index] = frame.zip(self.reference.as_ref()).and_then(|(frame, r)| rel_mse(frame, r));
+        }
+        drop(wanted);
         self.complete = current && self.reference.is_some() && cells.pictures().iter().all(is_finished);
         cells.release(ctx);
         if self.complete {
@@ -232,7 +240,7 @@ impl Pictures {
 
     fn error_text(&self, index: usize) -> String {
         match self.errors[index] {
-            Some(error) => format!("relMSE {error:.2e}"),
+            Some(error) => format!("relMSE {}", two_digits(error)),
             None => "relMSE \u{2026}".to_owned(),
         }
     }
@@ -308,7 +316,8 @@ fn halves(engine: &Engine) -> Option<Halves> {
     halves.try_into().ok()
 }
 
-fn rel_mse(planes: &Planes, reference: &Halves) -> Option<f64> {
+fn rel_mse(frame: &Frame, reference: &Halves) -> Option<f64> {
+    let planes = Planes::from_frame(frame, Layer::Picture);
     let picture: Vec<&[f32]> = planes.channels().collect();
     let [first, second] = reference.each_ref().map(|half| half.iter().map(Vec::as_slice).collect::<Vec<_>>());
     Errors::of(&picture, &Reference::Halves([&first, &second]), &Region::All).rel_mse()

@@ -11,7 +11,7 @@ use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
 use crate::panel::number::two_digits;
-use crate::panel::widgets::{sheet_type, title};
+use crate::panel::widgets::{SHEET_TYPE, text_width, title, type_of_at_most};
 use crate::picture::sheet::Recorder;
 use crate::picture::slot_errors::{Round, SlotErrors};
 use crate::state::command::Command;
@@ -22,6 +22,10 @@ pub struct Means {
     /// The row that numbers are shown of.
     part: Chosen,
 }
+
+/// The widest that is said of a picture, in all columns, and the space between them.
+const WIDEST_ROW: &str = "MIS, both0.33388 \u{b1} 0.00088biased, p < 1e-12eff. 8.8e8";
+const BETWEEN: f32 = 4.0 * GRID;
 
 /// Radius of the ring around a biased mean.
 const MARK: f32 = 6.25;
@@ -110,7 +114,9 @@ pub fn means_ui(ui: &mut Ui, study: &mut Means, subject: &Subject<'_>, out: &mut
          without bias, 1 \u{2212} (1 \u{2212} p)^{tests}; below 1 % a picture is called biased. eff.: 1 / (variance of the mean \u{d7} \
          seconds of processor time)."
     );
-    caption_that_fits(ui, &all, "95 % intervals. p: by chance, of all tests. eff.: 1 / (variance \u{d7} seconds).");
+    let tested = verdicts.iter().flatten().flatten().any(|verdict| !verdict.blind && verdict.is_biased());
+    let p = if tested { " p: by chance, of all tests." } else { "" };
+    caption_that_fits(ui, &all, &format!("95 % intervals.{p} eff.: 1 / (variance \u{d7} seconds)."));
 }
 
 /// A row for each part: its name, a dot with its interval for each picture, the verdict. Returns from where to where the dots may lie.
@@ -224,11 +230,16 @@ fn dots_ui(ui: &Ui, rect: Rect, round: &Round, part: usize, row: &[Option<Verdic
 fn slots_ui(ui: &mut Ui, round: &Round, row: &[Option<Verdict>], part: usize) {
     let reference = &round.reference[part];
     let name = part_name(Some(&round.against.cells), round.parts[part]);
-    ui.label(format!("{name}: {} pixels, reference {}", reference.pixels, with_error(reference)));
     let inks = Inks::of(ui.visuals());
     // In a hall rather small than cut.
-    sheet_type(ui);
-    egui::Grid::new("means of the row").num_columns(4).spacing([4.0 * GRID, 0.0]).show(ui, |ui| {
+    let small = TextStyle::Small.resolve(ui.style()).size;
+    let room = ui.available_width() - 3.0 * BETWEEN;
+    type_of_at_most(
+        ui,
+        (small * room / text_width(ui, WIDEST_ROW, TextStyle::Small)).clamp(SHEET_TYPE, small.max(SHEET_TYPE)),
+    );
+    ui.label(format!("{name}: {} pixels, reference {}", reference.pixels, with_error(reference)));
+    egui::Grid::new("means of the row").num_columns(4).spacing([BETWEEN, 0.0]).show(ui, |ui| {
         for (slot, verdict) in round.slots.iter().zip(row) {
             let (Some(slot), Some(verdict)) = (slot, verdict) else {
                 ui.label("no mean yet");

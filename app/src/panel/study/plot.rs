@@ -36,7 +36,10 @@ impl Axes {
         let (weak, line) = (ui.visuals().weak_text_color(), ui.visuals().widgets.noninteractive.bg_stroke.color);
         painter.rect_filled(self.rect, 0.0, ui.visuals().extreme_bg_color);
         for (axis, ends) in [self.x, self.y].into_iter().enumerate() {
-            let step = ((ends[1] - ends[0]) / 6.0).ceil().max(1.0) as i32;
+            // As many labels as have room.
+            let room =
+                if axis == 0 { self.rect.width() / (3.0 * font.size) } else { self.rect.height() / (1.5 * font.size) };
+            let step = ((ends[1] - ends[0]) / f64::from(room.clamp(1.0, 6.0))).ceil().max(1.0) as i32;
             for power in ends[0].floor() as i32..=ends[1].ceil() as i32 {
                 let few = ends[1] - ends[0] < 2.5;
                 for digit in if few { &[1.0, 2.0, 5.0][..] } else { &[1.0][..] } {

@@ -291,7 +291,10 @@ impl Plan {
         ];
         signs.push(("=", if wide { beside(sum) } else { under(tiles[5]) }));
         let about = if wide {
-            Rect::from_min_max(sum.left_bottom() + vec2(0.0, 2.0 * GRID), pos2(area.right(), area.bottom()))
+            let under_sum = Rect::from_min_max(sum.left_bottom() + vec2(0.0, 2.0 * GRID), area.right_bottom());
+            let top = tiles[3].bottom() + 2.0 * GRID;
+            let under_rows = Rect::from_min_max(pos2(left, top), pos2(tiles[5].right(), area.bottom()));
+            if under_rows.area() > under_sum.area() { under_rows } else { under_sum }
         } else {
             let top = tiles[3].bottom() + SIGN;
             Rect::from_min_max(pos2(tiles[0].left(), top), pos2(tiles[1].right(), area.bottom()))

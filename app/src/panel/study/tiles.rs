@@ -152,18 +152,23 @@ impl Tiles {
 const WAITING: &str = "waiting \u{2026}";
 
 /// A line of words in a place of its own, which it does not leave.
-pub fn words(ui: &mut Ui, place: Rect, align: Align2, text: &str, style: TextStyle, color: Color32) {
+pub fn words(ui: &mut Ui, place: Rect, align: Align2, text: &str, style: TextStyle, color: Color32) -> Response {
     let font = style.resolve(ui.style());
     ui.painter_at(place).text(align.pos_in_rect(&place), align, text, font, color);
     let response =
         ui.interact(place, ui.scope_id().with((text, place.min.x as i32, place.min.y as i32)), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Label, true, text));
+    response
 }
 
 /// Lines of a caption that room is kept for: fewer in large type, where what is drawn needs it more.
 pub fn caption_lines(ui: &Ui, [few, all]: [f32; 2]) -> f32 {
-    let small = ui.text_style_height(&TextStyle::Small);
-    small * if small > 20.0 { few } else { all }
+    ui.text_style_height(&TextStyle::Small) * if is_large(ui) { few } else { all }
+}
+
+/// Whether type is that of a hall.
+pub fn is_large(ui: &Ui) -> bool {
+    TextStyle::Small.resolve(ui.style()).size > 20.0
 }
 
 /// A quiet caption in all words or, where those have no room (in a hall), in few.

@@ -22,7 +22,7 @@ use crate::panel::widgets::{caption, focus_ring};
 use crate::state::command::Command;
 
 /// What a firefly is.
-const WHAT: &str = "A firefly: one sample with more than half of the sum of squares of its pixel.";
+const WHAT: &str = "A firefly: one sample that makes more than half of its pixel's noise, of the sum of squares; of its light it may be less.";
 
 /// What is pinned.
 pub struct Chosen {

@@ -177,12 +177,12 @@ pub fn explain_ui(ui: &mut Ui, study: &mut Explain, subject: &Subject<'_>, out: 
             format!("Pixel x {x}, y {y}")
         },
     );
-    let note = if study.pinned.is_some() {
-        "pinned: arrow keys move, Escape lets go"
+    let notes = if study.pinned.is_some() {
+        ["pinned: arrow keys move, Escape lets go", "pinned: arrows, Escape"]
     } else {
-        "a click in the picture pins, arrow keys move"
+        ["a click in the picture pins, arrow keys move", "a click pins it"]
     };
-    title_with_note(ui, &name, note);
+    title_with_note(ui, &name, &notes);
     let (Some(place), Some(tables), Some(frame)) = (place, tables, frame) else {
         mark_again(ui.ctx(), &mut study.listed, Vec::new());
         let file = subject.document.active().is_file();

@@ -202,11 +202,17 @@ fn surface_ui(ui: &mut Ui, surface: &Surface) {
         None => "matte: no lobe".to_owned(),
     };
     let tilt = angle(surface.normal, surface.wo).to_degrees();
-    let [x, y, z] = surface.normal.to_array().map(|v| format!("{v:.2}").replace('-', "\u{2212}"));
+    let [x, y, z] = surface.normal.to_array().map(component);
     ui.label(format!("Surface {}, {lobe}", surface.name));
     ui.label(format!("Seen {tilt:.1}\u{b0} from its normal ({x}, {y}, {z})"));
     ui.label(highlight_words(surface))
         .hint("The direction in which a mirror would reflect is about the peak of the lobe.");
+}
+
+/// A component of a unit vector; none is "\u{2212}0.00".
+fn component(v: f32) -> String {
+    let rounded = (100.0 * v).round() / 100.0;
+    format!("{:.2}", if rounded == 0.0 { 0.0 } else { rounded }).replace('-', "\u{2212}")
 }
 
 /// Which light its highlight is.
@@ -220,18 +226,28 @@ fn highlight_words(surface: &Surface) -> String {
     }
 }
 
+/// Head of the column that goes first where room is short.
+const SEEN: &str = "\u{3c3} seen";
+/// So many times the size of its type are wide enough for all columns.
+const ALL_COLUMNS: f32 = 29.0;
+
 /// `exact`: as far as it is known.
 fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: Option<&[Exact; 4]>) {
     let inks = Inks::of(ui.visuals());
+    // In large type the verdict is worth more than what it rests on.
+    let all = ui.available_width() > ALL_COLUMNS * TextStyle::Small.resolve(ui.style()).size;
     Grid::new("exact and measured").num_columns(6).spacing(vec2(2.0 * GRID, GRID)).show(ui, |ui| {
         for (head, what) in [
             ("", ""),
             ("\u{3c3} exact", "Standard deviation of the luminance of one sample, by quadrature: \u{221a}(E Y\u{b2} \u{2212} (E Y)\u{b2})."),
             ("per ray", "The same at equal rays: times \u{221a}2 where a sample costs two rays."),
-            ("\u{3c3} seen", "Standard deviation of the picture's samples in this pixel."),
+            (SEEN, "Standard deviation of the picture's samples in this pixel."),
             ("mean", "The picture's mean \u{b1} exact \u{3c3} / \u{221a}n."),
             ("", ""),
         ] {
+            if head == SEEN && !all {
+                continue;
+            }
             let text = RichText::new(head).text_style(TextStyle::Small).color(ui.visuals().weak_text_color());
             let label = ui.label(text);
             if !what.is_empty() {
@@ -249,12 +265,17 @@ fn table_ui(ui: &mut Ui, tables: &PixelTables, rows: &[Row; 4], exact: Option<&[
             ui.label(small(times(f64::from(strategy.rays_per_sample()).sqrt())));
             match &row.measured {
                 Some(measured) => {
-                    ui.label(small(measured.deviation.map_or_else(|| "\u{2013}".to_owned(), short)));
-                    let error = times(1.0 / f64::from(measured.spp).sqrt());
+                    if all {
+                        ui.label(small(measured.deviation.map_or_else(|| "\u{2013}".to_owned(), short)));
+                    }
+                    let error = deviation.map(|deviation| two_digits(deviation / f64::from(measured.spp).sqrt()));
+                    let error = error.unwrap_or_else(|| "\u{2026}".to_owned());
                     ui.label(small(format!("{} \u{b1} {error}", short(measured.mean))));
                 }
                 None => {
-                    ui.label(small("\u{2013}".to_owned()));
+                    if all {
+                        ui.label(small("\u{2013}".to_owned()));
+                    }
                     ui.label(small("no picture".to_owned()).color(ui.visuals().weak_text_color()))
                         .hint("Lay out four pictures (Q) to measure all strategies.");
                 }
@@ -314,6 +335,11 @@ pub fn how(tables: &PixelTables) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_component_is_minus_zero() {
+        assert_eq!([-1e-8, 0.004, -0.996, -0.5].map(component), ["0.00", "0.00", "\u{2212}1.00", "\u{2212}0.50"]);
+    }
 
     #[test]
     fn a_mean_agrees_within_three_standard_errors_and_not_beyond() {
