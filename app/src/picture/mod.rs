@@ -28,6 +28,7 @@ pub mod png_file;
 pub mod raster;
 pub mod reference;
 pub mod replicates;
+pub mod rounds;
 pub mod selection;
 pub mod sheet;
 pub mod shelf;

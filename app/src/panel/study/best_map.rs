@@ -10,7 +10,7 @@ use mislab_renderer::inspect::BestMap;
 use mislab_renderer::{OneSampleWeights, PixelRect};
 
 use super::Subject;
-use super::best_map_job::{BestMapJob, Question};
+use super::best_map_job::{self, BestMapJob, Question};
 use super::tiles::{caption_lines, caption_that_fits, words};
 use crate::look::colormap::{ColourMap, TABLE_LEN};
 use crate::look::names::{heuristic_name, weights_name};
@@ -75,7 +75,7 @@ pub fn best_map_ui(ui: &mut Ui, study: &mut BestC, subject: &Subject<'_>, out: &
     let question = Question::of(&frame);
     drop(frame);
     if study.job.as_ref().is_none_or(|job| !job.question().has_map_of(&question)) {
-        study.job = Some(BestMapJob::start(ui.ctx(), question.clone(), subject.threads));
+        study.job = Some(best_map_job::start(ui.ctx(), question.clone(), subject.threads));
     }
     let current = study.job.as_ref().and_then(BestMapJob::found);
     let is_current = current.is_some();

@@ -1,14 +1,13 @@
 //! The best c of every pixel, worked out on threads of its own, from coarse to fine.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use eframe::egui::Context;
 use mislab_renderer::inspect::{BestMap, best_map};
 use mislab_renderer::kernel::world::BuiltScene;
-use mislab_renderer::{Frame, Request, Settings, step_aside};
+use mislab_renderer::{Frame, Request, Settings};
 
-use crate::state::passes;
+use crate::picture::rounds::Rounds;
 
 /// What the map is about.
 #[derive(Clone)]
@@ -38,44 +37,12 @@ impl Question {
     }
 }
 
-/// A running or finished job. Dropping it stops it.
-pub struct BestMapJob {
-    question: Question,
-    stop: Arc<AtomicBool>,
-    found: Arc<Mutex<Option<Arc<BestMap>>>>,
-}
+/// Works it out beside the pictures.
+pub type BestMapJob = Rounds<Question, BestMap>;
 
-impl BestMapJob {
-    /// Starts on so many threads (0: one per core); asks `ctx` for a pass after each round. Without a thread nothing is ever found.
-    pub fn start(ctx: &Context, question: Question, threads: usize) -> Self {
-        let (stop, found) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::default()));
-        let (asked, stopped, shared, ctx) = (question.clone(), stop.clone(), Arc::clone(&found), ctx.clone());
-        let work = move || {
-            step_aside();
-            let goes_on = || !stopped.load(Ordering::Relaxed);
-            best_map(&asked.built, asked.settings(), threads, &goes_on, &mut |map| {
-                *shared.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(map.clone()));
-                passes::for_news(&ctx);
-            });
-        };
-        let _ = std::thread::Builder::new().name("best c".into()).spawn(work);
-        Self { question, stop, found }
-    }
-
-    /// What it is about.
-    pub fn question(&self) -> &Question {
-        &self.question
-    }
-
-    /// What is known so far, if anything is.
-    pub fn found(&self) -> Option<Arc<BestMap>> {
-        self.found.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-}
-
-impl Drop for BestMapJob {
-    fn drop(&mut self) {
-        // Not waited for: it ends within some milliseconds.
-        self.stop.store(true, Ordering::Relaxed);
-    }
+/// Starts it on so many threads (0: one per core).
+pub fn start(ctx: &Context, question: Question, threads: usize) -> BestMapJob {
+    Rounds::start(ctx, "best c", question, move |asked, goes_on, report| {
+        best_map(&asked.built, asked.settings(), threads, goes_on, report);
+    })
 }

@@ -10,7 +10,7 @@ use mislab_renderer::plane::{NO_DIFFERENCE, Variances};
 use mislab_renderer::{Estimator, Strategy};
 
 use super::Subject;
-use super::plane_job::{ALPHA, Dot, Found, PlaneJob, Question, along, share_of};
+use super::plane_job::{self, ALPHA, Dot, Found, PlaneJob, Question, along, share_of};
 use super::plane_map::{FULL, axes, colour, dot, image};
 use super::tiles::{caption_lines, caption_that_fits, words};
 use crate::look::names::{heuristic_name, strategy_name, weights_name};
@@ -47,7 +47,7 @@ struct Reading {
 impl Plane {
     /// Not on screen: nothing is worked out for it. What is finished stays.
     pub fn rest(&mut self) {
-        if self.job.as_ref().is_some_and(|job| job.found().step != 1) {
+        if self.job.as_ref().is_some_and(|job| job.found().is_none_or(|found| found.step != 1)) {
             self.job = None;
         }
     }
@@ -61,24 +61,23 @@ pub fn plane_ui(ui: &mut Ui, study: &mut Plane, subject: &Subject<'_>, _out: &mu
     let estimator = Estimator { strategy: Strategy::Mis, ..subject.document.active().estimator };
     let question = Question { scene: subject.document.scene.clone(), estimator, chosen };
     if study.job.as_ref().is_none_or(|job| *job.question() != question) {
-        study.job = Some(PlaneJob::start(ui.ctx(), question));
+        study.job = Some(plane_job::start(ui.ctx(), question));
     }
-    let Some(found) = study.job.as_ref().map(PlaneJob::found) else { return };
-    if found.dots.is_empty() {
+    let found = study.job.as_ref().and_then(PlaneJob::found);
+    let Some(found) = found.as_ref().filter(|found| !found.dots.is_empty()) else {
         title(ui, "Light size and roughness");
-        ui.label(if found.begun {
-            "This needs a flat plate with a roughness, and a round light that the camera sees in it. The scene has none."
-        } else {
-            "Looking for plates and lights \u{2026}"
+        ui.label(match found {
+            Some(_) => "This needs a flat plate with a roughness, and a round light that the camera sees in it. The scene has none.",
+            None => "Looking for plates and lights \u{2026}",
         });
         return;
-    }
+    };
     let chosen = chosen.min(found.dots.len() - 1);
     // The caption says whose distances they are.
-    Recorder::on_screen_only(ui, |ui| chooser_ui(ui, study, &found, chosen));
+    Recorder::on_screen_only(ui, |ui| chooser_ui(ui, study, found, chosen));
     let area = ui.available_rect_before_wrap();
     let plan = Plan::new(ui, area);
-    let reading = map_ui(ui, study, &found, chosen, plan.map);
+    let reading = map_ui(ui, study, found, chosen, plan.map);
     ui.scope_builder(UiBuilder::new().id_salt("about").max_rect(plan.below), |ui| {
         ui.set_clip_rect(plan.below.intersect(ui.clip_rect()));
         legend_ui(ui);

@@ -1,13 +1,12 @@
 //! The exact variances of the plane, worked out on a thread of their own, from coarse to fine.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use eframe::egui::Context;
 use mislab_renderer::plane::{Square, Variances};
 use mislab_renderer::{Estimator, Scene};
 
-use crate::state::passes;
+use crate::picture::rounds::Rounds;
 
 /// Places along each axis, ends included.
 pub const PLACES: usize = 33;
@@ -53,55 +52,20 @@ pub struct Found {
     pub step: usize,
     /// Row by row from the smallest radius, in each from the smallest alpha.
     pub places: Vec<Option<Variances>>,
-    /// The squares have been looked for.
-    pub begun: bool,
 }
 
-/// A running or finished job. Dropping it stops it.
-pub struct PlaneJob {
-    question: Question,
-    stop: Arc<AtomicBool>,
-    found: Arc<Mutex<Arc<Found>>>,
+/// Works it out beside the pictures.
+pub type PlaneJob = Rounds<Question, Found>;
+
+/// Starts it; nothing is to be drawn before the first report.
+pub fn start(ctx: &Context, question: Question) -> PlaneJob {
+    Rounds::start(ctx, "plane", question, |question, goes_on, report| run(question, goes_on, report))
 }
 
-impl PlaneJob {
-    /// Starts; asks `ctx` for a pass after each round. Without a thread nothing is ever found.
-    pub fn start(ctx: &Context, question: Question) -> Self {
-        let (stop, found) = (Arc::new(AtomicBool::new(false)), Arc::new(Mutex::default()));
-        let (asked, stopped, shared, ctx) = (question.clone(), stop.clone(), Arc::clone(&found), ctx.clone());
-        let work = move || {
-            run(&asked, &stopped, &mut |now: &Found| {
-                *shared.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(now.clone());
-                passes::for_news(&ctx);
-            });
-        };
-        let _ = std::thread::Builder::new().name("plane".into()).spawn(work);
-        Self { question, stop, found }
-    }
-
-    /// What it is about.
-    pub fn question(&self) -> &Question {
-        &self.question
-    }
-
-    /// What it has found so far.
-    pub fn found(&self) -> Arc<Found> {
-        Arc::clone(&self.found.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-}
-
-impl Drop for PlaneJob {
-    fn drop(&mut self) {
-        // Not waited for: it ends at its next place.
-        self.stop.store(true, Ordering::Relaxed);
-    }
-}
-
-fn run(question: &Question, stop: &AtomicBool, report: &mut dyn FnMut(&Found)) {
-    let goes_on = || !stop.load(Ordering::Relaxed);
+fn run(question: &Question, goes_on: &(dyn Fn() -> bool + Sync), report: &mut dyn FnMut(&Found)) {
     let own = &question.estimator;
     let squares = Square::all(&question.scene);
-    let mut found = Found { places: vec![None; PLACES * PLACES], begun: true, ..Found::default() };
+    let mut found = Found { places: vec![None; PLACES * PLACES], ..Found::default() };
     for square in squares.iter().take_while(|_| goes_on()) {
         let (alpha, radius) = (square.alpha().unwrap_or(0.0), square.radius().unwrap_or(0.0));
         found.dots.push(Dot {
