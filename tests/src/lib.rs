@@ -10,6 +10,8 @@ pub mod draws;
 pub mod experiment;
 pub mod image;
 pub mod light_scenes;
+pub mod lobes;
+pub mod moments;
 pub mod oracle;
 pub mod packets;
 pub mod pair;

@@ -4,27 +4,21 @@
 //! weights and estimators are written here a second time, one number after the other, from the
 //! formulas of Veach (1997) and Heitz (2014, 2018) and in their textbook form. The integrand f and
 //! both densities are tabulated over the directions of every light; all moments of every strategy
-//! follow from that table:
-//!
-//! ```text
-//! light, bsdf    E Y^k = int p_t (f / p_t)^k
-//! mis_all        Y = X_L + X_B independent,  E X_t^k = int p_t (w_t f / p_t)^k
-//! mis            E Y^k = sum over t of  int c_t p_t (w_t f / (c_t p_t))^k
-//! ```
+//! follow from that table (`moments.rs`).
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use mislab_kernel::request::scene::{self, Reflectance, Scene};
+use mislab_kernel::request::scene::{self, Scene};
 use mislab_renderer::{Geometry, Heuristic, OneSampleWeights, Settings, Strategy};
 
+use crate::lobes::Lobes;
+use crate::moments::{Contribution, Sample};
 use crate::quadrature::{self, Domain};
 
 /// Rec. 709 luminance.
 pub const LUMINANCE: DVec3 = DVec3::new(0.212_671, 0.715_160, 0.072_169);
 
-/// GGX widths below this are mirrors, by the renderer's documentation.
-const MIRROR_ALPHA: f64 = 1e-3;
 /// Rays do not meet the surface they start from.
 const T_MIN: f64 = 1e-7;
 /// Refinement limit of the quadrature, relative to each total.
@@ -196,136 +190,6 @@ fn solid_angle_of_sphere(distance: f64, radius: f64) -> f64 {
     2.0 * PI * (1.0 - (1.0 - sin * sin).sqrt())
 }
 
-/// Scattering of a surface: Lambert and GGX or mirror lobes.
-#[derive(Debug)]
-pub struct Lobes {
-    kd: DVec3,
-    ks: DVec3,
-    alpha: f64,
-    fresnel: Fresnel,
-    /// Probability that a BSDF sample is drawn from the specular lobe.
-    specular_prob: f64,
-}
-
-#[derive(Debug)]
-enum Fresnel {
-    One,
-    Dielectric { index: f64 },
-    Metal { eta: DVec3, k: DVec3 },
-}
-
-impl Lobes {
-    /// Those of a material; without one, none.
-    pub fn new(material: Option<&scene::Bsdf>) -> Self {
-        let none = Self { kd: DVec3::ZERO, ks: DVec3::ZERO, alpha: 1.0, fresnel: Fresnel::One, specular_prob: 0.0 };
-        match material {
-            None => none,
-            Some(scene::Bsdf::Matte { kd }) => Self { kd: kd.as_dvec3(), ..none },
-            Some(scene::Bsdf::Conductor { reflectance, alpha }) => {
-                let (ks, fresnel) = match reflectance {
-                    Reflectance::Constant(r) => (r.as_dvec3(), Fresnel::One),
-                    Reflectance::Fresnel { eta, k } => {
-                        (DVec3::ONE, Fresnel::Metal { eta: eta.as_dvec3(), k: k.as_dvec3() })
-                    }
-                };
-                Self { ks, alpha: f64::from(*alpha), fresnel, specular_prob: 1.0, ..none }
-            }
-            Some(scene::Bsdf::Plastic { kd, ks, alpha, swapped_indices }) => {
-                let (kd, ks) = (kd.as_dvec3(), ks.as_dvec3());
-                let specular_prob = match (kd == DVec3::ZERO, ks == DVec3::ZERO) {
-                    (false, false) => 0.5,
-                    (true, false) => 1.0,
-                    _ => 0.0,
-                };
-                let index = if *swapped_indices { 1.0 / 1.5 } else { 1.5 };
-                Self { kd, ks, alpha: f64::from(*alpha), fresnel: Fresnel::Dielectric { index }, specular_prob }
-            }
-        }
-    }
-
-    /// True where the specular lobe is a delta.
-    pub fn is_mirror(&self) -> bool {
-        self.specular_prob > 0.0 && self.alpha < MIRROR_ALPHA
-    }
-
-    /// What the delta of a mirror carries, per channel, at this cosine of incidence.
-    pub fn mirror(&self, cos: f64) -> DVec3 {
-        self.ks * self.fresnel(cos)
-    }
-
-    /// Probability that a BSDF sample is drawn from the specular lobe: 1, 0 or, with both, 1/2.
-    pub fn specular_prob(&self) -> f64 {
-        self.specular_prob
-    }
-
-    fn fresnel(&self, cos: f64) -> DVec3 {
-        match self.fresnel {
-            Fresnel::One => DVec3::ONE,
-            Fresnel::Dielectric { index } => DVec3::splat(fresnel_complex(cos, index, 0.0)),
-            Fresnel::Metal { eta, k } => DVec3::new(
-                fresnel_complex(cos, eta.x, k.x),
-                fresnel_complex(cos, eta.y, k.y),
-                fresnel_complex(cos, eta.z, k.z),
-            ),
-        }
-    }
-
-    /// BSDF times cosine, and the density of the BSDF technique, per solid angle; without a mirror's delta.
-    pub fn evaluate(&self, n: DVec3, wo: DVec3, wi: DVec3) -> (DVec3, f64) {
-        let (cos_o, cos_i) = (n.dot(wo), n.dot(wi));
-        if cos_o <= 0.0 || cos_i <= 0.0 {
-            return (DVec3::ZERO, 0.0);
-        }
-        let mut bsdf = self.kd / PI;
-        let mut pdf = (1.0 - self.specular_prob) * cos_i / PI;
-        if self.specular_prob > 0.0 && !self.is_mirror() {
-            let a2 = self.alpha * self.alpha;
-            let h = (wo + wi).normalize();
-            let cos_h = n.dot(h);
-            let tan2 = |cos: f64| 1.0 / (cos * cos) - 1.0;
-            // Trowbridge-Reitz, and Smith's Lambda (Heitz 2014, eqs. 71, 72).
-            let d =
-                1.0 / (PI * a2 * cos_h.powi(4) * (1.0 + n.cross(h).length_squared() / (cos_h * cos_h * a2)).powi(2));
-            let lambda = |cos: f64| ((1.0 + a2 * tan2(cos)).sqrt() - 1.0) / 2.0;
-            let g1 = 1.0 / (1.0 + lambda(cos_o));
-            let g2 = 1.0 / (1.0 + lambda(cos_o) + lambda(cos_i));
-            bsdf += self.ks * self.fresnel(wo.dot(h)) * (d * g2 / (4.0 * cos_o * cos_i));
-            // Visible normals: D_v(h) = G1 max(0, wo.h) D / cos_o, and dh = dw / (4 wo.h).
-            let visible_normals = g1 * wo.dot(h) * d / cos_o;
-            pdf += self.specular_prob * visible_normals / (4.0 * wo.dot(h));
-        }
-        (bsdf * cos_i, pdf)
-    }
-}
-
-/// Unpolarised Fresnel reflectance for an index `eta + i k`, in complex numbers throughout.
-fn fresnel_complex(cos: f64, eta: f64, k: f64) -> f64 {
-    type C = (f64, f64);
-    let mul = |a: C, b: C| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
-    let div = |a: C, b: C| {
-        let d = b.0 * b.0 + b.1 * b.1;
-        ((a.0 * b.0 + a.1 * b.1) / d, (a.1 * b.0 - a.0 * b.1) / d)
-    };
-    let sqrt = |a: C| {
-        let m = a.0.hypot(a.1);
-        let re = ((m + a.0) / 2.0).max(0.0).sqrt();
-        let im = ((m - a.0) / 2.0).max(0.0).sqrt();
-        (re, if a.1 < 0.0 { -im } else { im })
-    };
-    let n = (eta, k);
-    let sin2 = 1.0 - cos * cos;
-    let s2 = div((sin2, 0.0), mul(n, n));
-    // Cosine inside, by Snell's law.
-    let cos_t = sqrt((1.0 - s2.0, -s2.1));
-    let ratio = |a: C, b: C| {
-        let q = div((a.0 - b.0, a.1 - b.1), (a.0 + b.0, a.1 + b.1));
-        q.0 * q.0 + q.1 * q.1
-    };
-    let perpendicular = ratio((cos, 0.0), mul(n, cos_t));
-    let parallel = ratio(mul(n, (cos, 0.0)), cos_t);
-    (perpendicular + parallel) / 2.0
-}
-
 /// One direction of the table.
 #[derive(Clone, Copy, Debug)]
 struct Node {
@@ -479,12 +343,12 @@ impl Point {
             .map(|body| Chart { world, lobes: &lobes, p, n, wo, body })
             .collect();
         // Narrow lobes must not slip between the nodes of the first, coarse grid.
-        let cells = if lobes.specular_prob > 0.0 && lobes.alpha < 0.015 { 64 } else { 8 };
+        let cells = if lobes.is_narrow() { 64 } else { 8 };
         let nodes = quadrature::nodes(&charts, cells, TOLERANCE);
         let atom = lobes.is_mirror().then(|| {
             let mirrored = n * (2.0 * n.dot(wo)) - wo;
-            let f = lobes.ks * lobes.fresnel(n.dot(wo)) * world.radiance(p, mirrored, None);
-            Atom { f, pmf: lobes.specular_prob }
+            let f = lobes.mirror(n.dot(wo)) * world.radiance(p, mirrored, None);
+            Atom { f, pmf: lobes.specular_prob() }
         });
         Self { position: p, normal: n, cos_view: n.dot(wo), nodes, atom }
     }
@@ -526,17 +390,7 @@ impl Point {
             // No light sample meets the one direction of a mirror: weight 1.
             bsdf.add(c_bsdf, atom.pmf, atom.pmf, 1.0, functional.dot(atom.f));
         }
-        let mut total = Moments([0.0; ORDER + 1]);
-        for k in 0..=ORDER {
-            total.0[k] = match settings.estimator.strategy {
-                // Two independent samples, added.
-                Strategy::MisAll => (0..=k).map(|j| binomial(k, j) * light.moments.0[j] * bsdf.moments.0[k - j]).sum(),
-                // One sample of either kind.
-                _ if k == 0 => 1.0,
-                _ => light.moments.0[k] + bsdf.moments.0[k],
-            };
-        }
-        Sample { total, light, bsdf }
+        Sample::new(settings.estimator.strategy, light, bsdf)
     }
 }
 
@@ -553,104 +407,4 @@ pub fn heuristic(kind: Heuristic, a: f64, b: f64) -> (f64, f64) {
         Heuristic::Maximum if a >= b => (1.0, 0.0),
         Heuristic::Maximum => (0.0, 1.0),
     }
-}
-
-fn binomial(n: usize, k: usize) -> f64 {
-    (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
-}
-
-/// Highest moment that is kept.
-const ORDER: usize = 6;
-
-/// Raw moments E Y^k, k = 0 to 6.
-#[derive(Clone, Copy, Debug)]
-pub struct Moments([f64; ORDER + 1]);
-
-impl Moments {
-    /// E Y.
-    pub fn mean(&self) -> f64 {
-        self.0[1]
-    }
-
-    /// E (Y - E Y)^k.
-    fn central(&self, k: usize) -> f64 {
-        (0..=k).map(|j| binomial(k, j) * self.0[j] * (-self.mean()).powi((k - j) as i32)).sum()
-    }
-
-    /// Variance of one sample.
-    pub fn variance(&self) -> f64 {
-        self.central(2).max(0.0)
-    }
-
-    /// Skewness of the mean of `n` samples: how far it is from a normal distribution.
-    pub fn skewness_of_mean(&self, n: f64) -> f64 {
-        self.central(3) / self.central(2).powf(1.5) / n.sqrt()
-    }
-
-    /// Standard error of the variance as estimated from `n` samples.
-    pub fn standard_error_of_variance(&self, n: f64) -> f64 {
-        let (m2, m4) = (self.central(2), self.central(4));
-        ((m4 - m2 * m2 * (n - 3.0) / (n - 1.0)) / n).max(0.0).sqrt()
-    }
-
-    /// Skewness of the variance as estimated from many (`n`) samples: that of the mean of (Y - E Y)^2.
-    pub fn skewness_of_variance(&self, n: f64) -> f64 {
-        let (m2, m4, m6) = (self.central(2), self.central(4), self.central(6));
-        let third = m6 - 3.0 * m4 * m2 + 2.0 * m2.powi(3);
-        third / (m4 - m2 * m2).powf(1.5) / n.sqrt()
-    }
-}
-
-/// One technique's part of a sample.
-#[derive(Clone, Copy, Debug)]
-pub struct Contribution {
-    /// Moments of its contribution.
-    pub moments: Moments,
-    /// Probability that it is drawn and meets a light.
-    pub carries: f64,
-    weight: f64,
-    weight2: f64,
-}
-
-impl Default for Contribution {
-    fn default() -> Self {
-        let mut moments = Moments([0.0; ORDER + 1]);
-        moments.0[0] = 1.0;
-        Self { moments, carries: 0.0, weight: 0.0, weight2: 0.0 }
-    }
-}
-
-impl Contribution {
-    /// Adds draws of probability `prob` and density `p`, made with probability c.
-    fn add(&mut self, c: f64, prob: f64, p: f64, weight: f64, y: f64) {
-        if c == 0.0 || prob == 0.0 {
-            return;
-        }
-        let value = weight * y / (c * p);
-        let mut power = c * prob;
-        self.carries += power;
-        self.weight += power * weight;
-        self.weight2 += power * weight * weight;
-        for moment in &mut self.moments.0[1..] {
-            power *= value;
-            *moment += power;
-        }
-    }
-
-    /// Mean weight of the samples that carry light, and the standard deviation of one such weight.
-    pub fn weight(&self) -> (f64, f64) {
-        let mean = self.weight / self.carries;
-        (mean, (self.weight2 / self.carries - mean * mean).max(0.0).sqrt())
-    }
-}
-
-/// How one sample is distributed.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample {
-    /// The sample itself.
-    pub total: Moments,
-    /// Its part by the light technique.
-    pub light: Contribution,
-    /// Its part by the BSDF technique.
-    pub bsdf: Contribution,
 }

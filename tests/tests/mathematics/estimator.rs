@@ -10,7 +10,8 @@ use mislab_kernel::world::{BuiltScene, View};
 use mislab_renderer::{Bsdf, Estimator, Heuristic, OneSampleWeights, Reflectance, Scene, Settings, Strategy};
 use mislab_tests::draws::Draws;
 use mislab_tests::experiment::{independent, mesh_lights, veach};
-use mislab_tests::oracle::{Lobes, World, heuristic};
+use mislab_tests::lobes::Lobes;
+use mislab_tests::oracle::{World, heuristic};
 
 use crate::once::{self, d};
 

@@ -10,7 +10,7 @@ use mislab_kernel::warp;
 use mislab_renderer::{Bsdf, Reflectance};
 use mislab_tests::charts::frame;
 use mislab_tests::light_scenes::random;
-use mislab_tests::oracle::Lobes;
+use mislab_tests::lobes::Lobes;
 
 use crate::once::{self, d, v3};
 use crate::warps::origin_of_visible_normal;
