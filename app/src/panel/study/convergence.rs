@@ -281,8 +281,9 @@ fn floor_ui(ui: &Ui, painter: &egui::Painter, axes: &Axes, noise: f64) {
     let weak = ui.visuals().weak_text_color();
     painter.rect_filled(axes.rect.with_min_y(y), 0.0, weak.gamma_multiply(0.18));
     let font = TextStyle::Small.resolve(ui.style());
-    let at = egui::pos2(axes.rect.left() + 2.0 * GRID, y + 0.5 * GRID);
-    painter.text(at, Align2::LEFT_TOP, "noise of the reference", font, weak);
+    // At the left stand the slopes.
+    let at = egui::pos2(axes.rect.right() - 2.0 * GRID, y + 0.5 * GRID);
+    painter.text(at, Align2::RIGHT_TOP, "noise of the reference", font, weak);
 }
 
 /// A drag in the plot draws, from left to right; going back takes away.
@@ -352,7 +353,7 @@ fn slopes_ui(ui: &mut Ui, study: &Convergence, curves: Option<&Curves>, axes: &A
     let size = vec2(width, height * lines.len() as f32) + Vec2::splat(2.0 * GRID);
     let inside = axes.rect.shrink(2.0 * GRID);
     let plate = Align2::LEFT_BOTTOM.align_size_within_rect(size, inside).intersect(inside);
-    ui.painter().rect_filled(plate, GRID, ui.visuals().extreme_bg_color.gamma_multiply(0.85));
+    ui.painter().rect_filled(plate, GRID, ui.visuals().extreme_bg_color.gamma_multiply(0.5));
     for (row, (text, ink)) in lines.into_iter().enumerate() {
         let corner = plate.min + vec2(GRID, GRID + row as f32 * height);
         let place = Rect::from_min_size(corner, vec2(width, height)).intersect(inside);
