@@ -220,7 +220,10 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>
             // A wide picture leaves no column for its legend.
             ui.scope_builder(UiBuilder::new().max_rect(right), |ui| active_legend_ui(ui, lab));
         }
-        let (_, second) = place.split_top_bottom_at_fraction(0.54);
+        // Beside the second line of the caption.
+        let first = if hall { 50.0 } else { 21.6 };
+        let second =
+            place.with_min_y(place.top() + first).with_max_y(place.top() + first + (if hall { 42.0 } else { 18.4 }));
         let opened = &lab.document.opened;
         let aside = second.with_min_x(second.right() - ASIDE.min(0.4 * second.width()));
         let warnings = opened.warnings.len();
@@ -271,14 +274,10 @@ fn equal_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 
 /// The legend of the picture that controls are about.
 fn active_legend_ui(ui: &mut Ui, lab: &Lab) {
-    legend_ui(ui, active_key(lab));
-}
-
-fn active_key(lab: &Lab) -> legend::Key<'_> {
     let layer = lab.document.active().layer;
     let unit = lab.document.view.variance_unit;
     let here = lab.live().content().and_then(|content| lab.pane().here(&content, layer, unit));
-    legend::Key { quantity: layer.into(), view: &lab.document.view, here }
+    legend_ui(ui, legend::Key { quantity: layer.into(), view: &lab.document.view, here });
 }
 
 /// Width of the legend in the strip of the projector view.

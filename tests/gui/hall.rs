@@ -28,13 +28,14 @@ impl Lab {
 fn a_plot_is_most_of_its_study() {
     let mut lab = hall([1280.0, 720.0]);
     lab.key(Modifiers::NONE, Key::G);
-    lab.until("curves", |lab| lab.has("MIS, both \u{2212}"));
+    const SLOPES: [&str; 4] = ["Light \u{2212}", "BSDF \u{2212}", "MIS, both \u{2212}", "MIS, one \u{2212}"];
+    lab.until("all slopes", |lab| SLOPES.iter().all(|slope| lab.has(slope)));
     let plot = lab.place("Plot of errors");
     let window = lab.harness.ctx.content_rect();
     assert!(plot.height() > 0.45 * window.height(), "{plot:?} in {window:?}");
-    for strategy in ["Light \u{2212}", "BSDF \u{2212}", "MIS, both \u{2212}", "MIS, one \u{2212}"] {
-        let slope = lab.place(strategy);
-        assert!(plot.contains_rect(slope), "the slope of {strategy} stands in the plot: {slope:?} in {plot:?}");
+    for label in SLOPES {
+        let slope = lab.place(label);
+        assert!(plot.contains_rect(slope), "{label} stands in the plot: {slope:?} in {plot:?}");
     }
     let below = lab.place("Reference from elsewhere");
     assert!(below.top() >= plot.bottom(), "{below:?} lies over {plot:?}");
@@ -53,6 +54,19 @@ fn a_legend_with_a_bar_has_its_room_under_a_study() {
         assert!(picture.bottom() <= caption.top() + 0.5, "{picture:?} covers {caption:?}");
         assert!(picture.bottom() <= legend.top() + 0.5, "{picture:?} covers {legend:?}");
     }
+}
+
+#[test]
+fn another_layer_moves_no_picture() {
+    let mut lab = hall([1280.0, 720.0]);
+    lab.key(Modifiers::NONE, Key::I);
+    let mut places = Vec::new();
+    for layer in Layer::ALL {
+        lab.apply(Edit::SetLayer(layer));
+        lab.harness.run_steps(3);
+        places.extend(lab.picture_rects());
+    }
+    assert!(places.iter().all(|place| *place == places[0]), "{places:?}");
 }
 
 #[test]

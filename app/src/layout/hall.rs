@@ -1,10 +1,11 @@
 //! The projector view: the picture as large as it gets, beside one column or between two bars.
 
 use eframe::egui::{Align, CentralPanel, Layout, Panel, Rect, TextStyle, Ui, Vec2, vec2};
+use mislab_renderer::Layer;
 
 use super::{
-    FROM_FILE, LEGEND, active_key, active_legend_ui, bar_frame, caption_strip, column_frame, file_caption_ui,
-    layer_menu, pictures, single_caption,
+    FROM_FILE, LEGEND, active_legend_ui, bar_frame, caption_strip, column_frame, file_caption_ui, layer_menu, pictures,
+    single_caption,
 };
 use crate::lab::Lab;
 use crate::look::layer::LayerLook;
@@ -13,7 +14,7 @@ use crate::panel::caption::waiting_ui;
 use crate::panel::widgets::text_width;
 use crate::panel::{compare, display, formula, menu, status, strategy};
 use crate::picture::content::Content;
-use crate::picture::legend::{hatched_ui, legend_size};
+use crate::picture::legend::{Key, hatched_ui, legend_size};
 use crate::state::arrangement::Arrangement;
 use crate::state::command::Command;
 use crate::state::study::Study;
@@ -67,9 +68,13 @@ fn hall_column(size: Vec2, aspect: f32, strip: f32) -> Option<f32> {
     (beside >= between).then_some(column)
 }
 
-/// Height of the strip with caption and legend, which may have a bar.
+/// Height of the strip with caption and legend: room for that of any layer, so that nothing moves when another one is looked at.
 fn strip_height(ui: &Ui, lab: &Lab) -> f32 {
-    legend_size(ui, active_key(lab), LEGEND).y.max(HALL_CAPTION)
+    let height = |layer: Layer| {
+        let key = Key { quantity: layer.into(), view: &lab.document.view, here: None };
+        legend_size(ui, key, LEGEND).y
+    };
+    Layer::ALL.into_iter().map(height).fold(HALL_CAPTION, f32::max)
 }
 
 /// What the projector view has beside the picture.
@@ -129,12 +134,13 @@ fn hall_column_ui(ui: &mut Ui, lab: &Lab, out: &mut Vec<Command>) {
 /// needs the height.
 fn menus_ui(ui: &mut Ui, lab: &Lab, named: bool, out: &mut Vec<Command>) {
     let layer = lab.document.active().layer;
-    let wide = |text: &str| text_width(ui, text, TextStyle::Button) + MENU_FRAME;
+    let font = TextStyle::Button.resolve(ui.style());
+    let wide = |text: &str| text_width(ui, text, &font) + MENU_FRAME;
     let [first, second] = [LayerLook::of(layer).name, lab.document.arrangement().name()].map(wide);
-    let room = ui.available_width();
+    let (width, room) = (ui.available_width(), ui.available_width() - ui.spacing().item_spacing.x);
     if named || first + second <= room {
         ui.horizontal(|ui| {
-            let first = first.min(room - second - ui.spacing().item_spacing.x);
+            let first = first.min(room - second);
             // A menu cuts its name at the end of what it is in.
             ui.scope(|ui| {
                 ui.set_max_width(first);
@@ -143,8 +149,8 @@ fn menus_ui(ui: &mut Ui, lab: &Lab, named: bool, out: &mut Vec<Command>) {
             compare::layout_menu(ui, &lab.document, lab.studies.open, ui.available_width(), out);
         });
     } else {
-        display::layer_menu(ui, layer, room, out);
-        compare::layout_menu(ui, &lab.document, lab.studies.open, room, out);
+        display::layer_menu(ui, layer, width, out);
+        compare::layout_menu(ui, &lab.document, lab.studies.open, width, out);
     }
 }
 

@@ -264,11 +264,11 @@ fn caption_ui(ui: &mut Ui, lab: &Lab, slot: usize, place: Rect, align: Align, ou
     });
 }
 
-/// What the pictures are to have alike, and whether by now they have.
+/// What the pictures are to have alike, and whether those on screen have it by now.
 fn alike(lab: &Lab) -> Alike {
     let live = lab.engine.pictures().iter().filter(|live| live.kept().is_none());
     let number = |frame: Arc<Frame>| caption::number(lab.document.equal, &frame);
-    let mut numbers = live.filter_map(LivePicture::current_frame).map(number);
+    let mut numbers = live.filter_map(LivePicture::frame).map(number);
     let first = numbers.next();
     Alike { what: lab.document.equal, exactly: numbers.all(|number| Some(&number) == first.as_ref()) }
 }

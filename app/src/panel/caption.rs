@@ -9,7 +9,7 @@ use crate::look::names::{heuristic_name, strategy_name};
 use crate::look::theme::{GRID, Inks, medium};
 use crate::panel::hint::Hint as _;
 use crate::panel::number::{seconds, si, two_digits};
-use crate::panel::widgets::cell;
+use crate::panel::widgets::{cell, text_width};
 
 /// The frame on screen in words: true of it at every moment, whatever the settings are by now.
 pub struct Caption {
@@ -139,7 +139,7 @@ impl Caption {
                 numbers.into_iter().zip(hints).filter(|((_, template), _)| !template.is_empty())
             {
                 // Rather nothing than half a number.
-                if ui.available_width() < width(ui, template, &font) {
+                if ui.available_width() < text_width(ui, template, &font) {
                     break;
                 }
                 cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER).hint(hint);
@@ -160,8 +160,10 @@ impl Caption {
         let mut font = line_font(ui);
         let first = if self.error.is_empty() { "= 888 rays" } else { ERROR };
         // In the smallest pictures of a hall rather smaller type than half a word. The same in all pictures, whether or not one is biased.
-        let needed =
-            [strategy_name(Strategy::MisAll), first, BIASED].map(|text| width(ui, text, &font)).iter().sum::<f32>();
+        let needed = [strategy_name(Strategy::MisAll), first, BIASED]
+            .map(|text| text_width(ui, text, &font))
+            .iter()
+            .sum::<f32>();
         let room = ui.available_width() - 4.0 * GRID;
         font.size *= (room / needed).clamp(0.7, 1.0);
         let medium = FontId::new(font.size, medium());
@@ -187,7 +189,7 @@ impl Caption {
             Lockstep::CpuSeconds => [time, error, spp, rays, how],
         };
         // The same in all pictures, whether or not this one is biased.
-        let both = [numbers[0].1, ERROR, BIASED].map(|text| width(ui, text, &font)).iter().sum::<f32>();
+        let both = [numbers[0].1, ERROR, BIASED].map(|text| text_width(ui, text, &font)).iter().sum::<f32>();
         if !self.error.is_empty() && ui.available_width() < both + 2.0 * ui.spacing().item_spacing.x {
             numbers.swap(0, 1);
         }
@@ -195,13 +197,13 @@ impl Caption {
         let behind = if self.kept { Some("kept") } else { self.behind.then_some("\u{2026}") };
         let comes = [self.bias.as_ref().map(|_| BIASED), layer, behind];
         let gap = ui.spacing().item_spacing.x;
-        let kept: f32 = comes.iter().flatten().map(|text| width(ui, text, &font) + gap).sum();
+        let kept: f32 = comes.iter().flatten().map(|text| text_width(ui, text, &font) + gap).sum();
         for (index, (text, template, hint)) in numbers.into_iter().enumerate() {
             if text.is_empty() && template == ERROR {
                 continue;
             }
             // Rather nothing than half a number.
-            if index > 0 && ui.available_width() < width(ui, template, &font) + kept {
+            if index > 0 && ui.available_width() < text_width(ui, template, &font) + kept {
                 break;
             }
             let (font, ink) =
@@ -238,7 +240,7 @@ impl Caption {
             let numbers = [(&self.spp, SPP), (&self.rays, RAYS), (&self.error, ERROR), (&self.time, "88.8 s")];
             for (text, template) in numbers.into_iter().filter(|(text, _)| !text.is_empty()) {
                 // Rather nothing than half a number.
-                if width(ui, template, &font) <= ui.available_width() {
+                if text_width(ui, template, &font) <= ui.available_width() {
                     cell(ui, text, template, font.clone(), None, Align2::LEFT_CENTER);
                 }
             }
@@ -266,7 +268,7 @@ impl Caption {
         let gap = ui.spacing().item_spacing.x;
         let spread = self.spread.as_deref();
         let wide = |texts: [Option<&str>; 3]| -> f32 {
-            texts.into_iter().flatten().map(|text| width(ui, text, &font) + gap).sum()
+            texts.into_iter().flatten().map(|text| text_width(ui, text, &font) + gap).sum()
         };
         // Where there is no room for the reason there is one for the word.
         let room = ui.available_width() - 5.0 * font.size;
@@ -322,10 +324,6 @@ fn bias(frame: &Frame) -> Option<String> {
     let request = frame.request();
     let estimator = &request.settings.estimator;
     estimator.bias().map(str::to_owned).or_else(|| why_blind(&request.scene, estimator))
-}
-
-fn width(ui: &Ui, text: &str, font: &FontId) -> f32 {
-    ui.painter().layout_no_wrap(text.into(), font.clone(), egui::Color32::WHITE).size().x
 }
 
 /// While there is no frame yet.

@@ -1,13 +1,13 @@
 //! The caption of a picture from a file: its name and size, in neutral ink. What made it is not known.
 
-use eframe::egui::{Align2, Color32, FontId, Label, RichText, Ui};
+use eframe::egui::{Align2, FontId, Label, RichText, Ui};
 use mislab_renderer::Layer;
 
 use crate::look::layer::LayerLook;
 use crate::look::theme::{GRID, medium};
 use crate::panel::caption::line_font;
 use crate::panel::hint::Hint as _;
-use crate::panel::widgets::cell;
+use crate::panel::widgets::{cell, text_width};
 use crate::picture::foreign::Foreign;
 use crate::state::paths::shortened;
 
@@ -41,7 +41,7 @@ impl FileCaption {
         let layer = layer.map(|layer| format!("   {}", LayerLook::of(layer).name));
         let about = self.about.clone() + &layer.unwrap_or_default();
         let room = ui.available_width();
-        let beside = room - width(ui, &about, &font) - ui.spacing().item_spacing.x;
+        let beside = room - text_width(ui, &about, &font) - ui.spacing().item_spacing.x;
         let short = self.fitting_name(ui, &medium, beside);
         let alone = short.is_none();
         let name =
@@ -62,15 +62,11 @@ impl FileCaption {
     /// As much of the name as fits into `room`, its middle left out; `None` if that says too little.
     fn fitting_name(&self, ui: &Ui, font: &FontId, room: f32) -> Option<String> {
         let mut names = (SHORTEST..=LONGEST).rev().map(|most| shortened(&self.name, most));
-        names.find(|name| width(ui, name, font) <= room)
+        names.find(|name| text_width(ui, name, font) <= room)
     }
 
     /// What [`Self::line_ui`] says, for screen readers.
     pub fn spoken_line(&self) -> String {
         format!("{}, {}", shortened(&self.name, LONGEST), self.about)
     }
-}
-
-fn width(ui: &Ui, text: &str, font: &FontId) -> f32 {
-    ui.painter().layout_no_wrap(text.to_owned(), font.clone(), Color32::WHITE).size().x
 }

@@ -118,9 +118,22 @@ pub fn two_digits(value: f64) -> String {
     if power < -5 { format!("{value:.1e}") } else { format!("{value:.*}", (1 - power).max(0) as usize) }
 }
 
+/// So many decimals, with the minus of books; never "\u{2212}0.00".
+pub fn signed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+    if zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn zero_has_no_sign() {
+        let written = [(-1e-8, 2), (0.004, 2), (-0.996, 2), (-0.5, 3)].map(|(value, decimals)| signed(value, decimals));
+        assert_eq!(written, ["0.00", "0.00", "\u{2212}1.00", "\u{2212}0.500"]);
+    }
 
     #[test]
     fn numbers_are_read_as_people_type_them() {

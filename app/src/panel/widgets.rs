@@ -52,9 +52,8 @@ pub fn type_of_at_most(ui: &mut Ui, largest: f32) {
 }
 
 /// How wide a text is in one line.
-pub fn text_width(ui: &Ui, text: &str, style: TextStyle) -> f32 {
-    let font = style.resolve(ui.style());
-    ui.painter().layout_no_wrap(text.to_owned(), font, Color32::WHITE).size().x
+pub fn text_width(ui: &Ui, text: &str, font: &FontId) -> f32 {
+    ui.painter().layout_no_wrap(text.to_owned(), font.clone(), Color32::WHITE).size().x
 }
 
 /// A quiet caption.
@@ -73,8 +72,8 @@ pub fn title_with_note(ui: &mut Ui, text: &str, notes: &[&str]) {
     ui.add_space(GRID);
     ui.horizontal(|ui| {
         ui.label(RichText::new(text).family(medium()).strong());
-        let room = ui.available_width();
-        let fits = |note: &&&str| text_width(ui, note, TextStyle::Small) <= room;
+        let (room, font) = (ui.available_width(), TextStyle::Small.resolve(ui.style()));
+        let fits = |note: &&&str| text_width(ui, note, &font) <= room;
         let note = notes.iter().find(fits).or(notes.last()).copied().unwrap_or_default();
         let note = RichText::new(note).text_style(TextStyle::Small).color(ui.visuals().weak_text_color());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.add(Label::new(note).truncate()));

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::Context;
-use mislab_renderer::blind::{Dark, blind_materials, dark_materials, dark_pixels};
+use mislab_renderer::blind::{Dark, dark_materials, dark_pixels};
 use mislab_renderer::{Frame, Layer, Request, Strategy};
 
 use crate::picture::background::{Background, Effort};
@@ -59,8 +59,9 @@ impl SharedDarkSpots {
     /// As [`DarkSpots::of`].
     pub fn of(&mut self, ctx: &Context, frame: &Frame, layer: Layer) -> Darks {
         let Self([whole, blind]) = self;
-        let blinds = blind_materials(&frame.request().scene, &asked(frame, layer).settings.estimator);
-        let spots = if blinds.is_empty() { whole } else { blind };
+        // By what tells those of two pictures apart, so that neither gives up what is known of the other.
+        let materials = dark_materials(&frame.request().scene, &asked(frame, layer).settings.estimator);
+        let spots = if materials.contains(&Dark::Blind) { blind } else { whole };
         spots.of(ctx, frame, layer)
     }
 }

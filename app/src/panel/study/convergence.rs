@@ -1,6 +1,8 @@
 //! Error against samples, on logarithmic axes.
 
-use eframe::egui::{self, Align2, Button, Id, Pos2, Rect, Response, Role, Sense, Stroke, TextStyle, Ui, Vec2, vec2};
+use eframe::egui::{
+    self, Align2, Button, Id, Label, Pos2, Rect, Response, RichText, Role, Sense, Stroke, TextStyle, Ui, Vec2, vec2,
+};
 use mislab_renderer::study::curves::Value;
 use mislab_renderer::study::{Cells, Curves, Measure, Part, Plan};
 use mislab_renderer::{Estimator, Strategy};
@@ -13,7 +15,7 @@ use super::tiles::{caption_lines, caption_that_fits, is_large, words};
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
-use crate::panel::number::{seconds, two_digits};
+use crate::panel::number::{seconds, signed, two_digits};
 use crate::panel::widgets::{segmented, text_width, title};
 use crate::picture::reference::REFERENCE_SPP;
 use crate::picture::sheet::Recorder;
@@ -104,7 +106,7 @@ pub fn convergence_ui(ui: &mut Ui, study: &mut Convergence, subject: &Subject<'_
         study.prediction.clear();
     }
     let room = ui.available_size();
-    let foot = foot_height(ui, study);
+    let foot = foot_height(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(room.x, (room.y - foot).max(140.0)), Sense::click_and_drag());
     response.widget_info(|| egui::WidgetInfo::labeled(Role::Image, true, "Plot of errors"));
     let curves = state.as_ref().map(|state| &state.curves);
@@ -118,11 +120,9 @@ pub fn convergence_ui(ui: &mut Ui, study: &mut Convergence, subject: &Subject<'_
     foot_ui(ui, study, subject, state.as_ref(), cells, out);
 }
 
-/// Room for the prediction, the reference and a remark.
-fn foot_height(ui: &Ui, study: &Convergence) -> f32 {
-    let prediction =
-        if study.is_predicted() { ui.text_style_height(&TextStyle::Body) + ui.spacing().item_spacing.y } else { 0.0 };
-    prediction + ui.spacing().interact_size.y + caption_lines(ui, [1.0, 3.0]) + 3.0 * GRID
+/// Room for the reference and a remark; at a desk also for what the prediction was worth.
+fn foot_height(ui: &Ui) -> f32 {
+    ui.spacing().interact_size.y + caption_lines(ui, [1.0, 4.0]) + 4.0 * GRID
 }
 
 fn measure_name(measure: Measure) -> &'static str {
@@ -329,7 +329,7 @@ fn hover_ui(ui: &Ui, study: &Convergence, curves: &Curves, axes: &Axes, pointer:
     painter.galley(plate.min + vec2(2.0 * GRID, 1.5 * GRID), galley, ui.visuals().text_color());
 }
 
-/// The slopes, in the corner of the plot where no curve goes: errors fall.
+/// The slopes, in the corner of the plot where curves seldom go: errors fall.
 fn slopes_ui(ui: &mut Ui, study: &Convergence, curves: Option<&Curves>, axes: &Axes) {
     let inks = Inks::of(ui.visuals());
     let between = if is_large(ui) { " " } else { ": slope " };
@@ -343,17 +343,18 @@ fn slopes_ui(ui: &mut Ui, study: &Convergence, curves: Option<&Curves>, axes: &A
                 let half = 0.5 * (high - low);
                 // Never "\u{b1} 0".
                 let decimals = if half < 0.01 { 3 } else { 2 };
-                format!("{:.decimals$} \u{b1} {:.decimals$}", fit.slope, half.max(0.001)).replace('-', "\u{2212}")
+                format!("{} \u{b1} {:.decimals$}", signed(fit.slope, decimals), half.max(0.001))
             });
             (format!("{}{between}{text}", strategy_name(strategy)), inks.strategy(strategy))
         })
         .collect();
-    let height = ui.text_style_height(&TextStyle::Small);
-    let width = lines.iter().map(|(text, _)| text_width(ui, text, TextStyle::Small)).fold(0.0, f32::max);
+    let (height, font) = (ui.text_style_height(&TextStyle::Small), TextStyle::Small.resolve(ui.style()));
+    let width = lines.iter().map(|(text, _)| text_width(ui, text, &font)).fold(0.0, f32::max);
     let size = vec2(width, height * lines.len() as f32) + Vec2::splat(2.0 * GRID);
     let inside = axes.rect.shrink(2.0 * GRID);
     let plate = Align2::LEFT_BOTTOM.align_size_within_rect(size, inside).intersect(inside);
-    ui.painter().rect_filled(plate, GRID, ui.visuals().extreme_bg_color.gamma_multiply(0.5));
+    // Where a curve goes there all the same, both can be read.
+    ui.painter().rect_filled(plate, GRID, ui.visuals().extreme_bg_color.gamma_multiply(0.6));
     for (row, (text, ink)) in lines.into_iter().enumerate() {
         let corner = plate.min + vec2(GRID, GRID + row as f32 * height);
         let place = Rect::from_min_size(corner, vec2(width, height)).intersect(inside);
@@ -372,10 +373,15 @@ fn foot_ui(
     out: &mut Vec<Command>,
 ) {
     let curves = state.map(|state| &state.curves);
-    if study.is_predicted() {
-        ui.label(prediction_words(study, curves, subject.document.active().estimator.strategy));
-    }
     reference_ui(ui, subject, out);
+    if study.is_predicted() {
+        let words = prediction_words(study, curves, subject.document.active().estimator.strategy);
+        ui.add(Label::new(RichText::new(words).text_style(TextStyle::Small)).truncate());
+        if is_large(ui) {
+            // There is room for one of both.
+            return;
+        }
+    }
     let done = state.map_or_else(String::new, |state| match &state.error {
         Some(error) => format!("; {error}"),
         None => format!("; {} of {} pictures, {REPLICATES} a point", state.curves.count(), state.curves.total()),
@@ -435,9 +441,9 @@ fn prediction_words(study: &Convergence, curves: Option<&Curves>, strategy: Stra
     let side = if gap > 0.0 { "above" } else { "below" };
     let slope = (last[1] - first[1]) / (last[0] - first[0]);
     format!(
-        "Your line is {}\u{d7} {side} {} on average, with slope {slope:.2}.",
+        "Yours: {}\u{d7} {side} {} on average, with slope {}.",
         two_digits(10_f64.powf(gap.abs())),
-        strategy_name(strategy)
+        strategy_name(strategy),
+        signed(slope, 2)
     )
-    .replace("slope -", "slope \u{2212}")
 }

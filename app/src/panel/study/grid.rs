@@ -154,7 +154,7 @@ impl Pictures {
         let fresh = self.tiles.refresh(ctx, &wanted, 3);
         let current = fresh.is_empty() && wanted.iter().all(|wanted| wanted.as_ref().is_some_and(|w| w.dark.is_some()));
         for index in fresh {
-            // A picture with its error is as it will stay, hatchings included.
+            // A picture with its error has its hatchings.
             let frame = wanted[index].as_ref().filter(|wanted| wanted.dark.is_some()).map(|wanted| &wanted.frame);
             self.errors[index] = frame.zip(self.reference.as_ref()).and_then(|(frame, r)| rel_mse(frame, r));
         }

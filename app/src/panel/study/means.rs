@@ -232,12 +232,10 @@ fn slots_ui(ui: &mut Ui, round: &Round, row: &[Option<Verdict>], part: usize) {
     let name = part_name(Some(&round.against.cells), round.parts[part]);
     let inks = Inks::of(ui.visuals());
     // In a hall rather small than cut.
-    let small = TextStyle::Small.resolve(ui.style()).size;
+    let font = TextStyle::Small.resolve(ui.style());
+    let small = font.size;
     let room = ui.available_width() - 3.0 * BETWEEN;
-    type_of_at_most(
-        ui,
-        (small * room / text_width(ui, WIDEST_ROW, TextStyle::Small)).clamp(SHEET_TYPE, small.max(SHEET_TYPE)),
-    );
+    type_of_at_most(ui, (small * room / text_width(ui, WIDEST_ROW, &font)).clamp(SHEET_TYPE, small.max(SHEET_TYPE)));
     ui.label(format!("{name}: {} pixels, reference {}", reference.pixels, with_error(reference)));
     egui::Grid::new("means of the row").num_columns(4).spacing([BETWEEN, 0.0]).show(ui, |ui| {
         for (slot, verdict) in round.slots.iter().zip(row) {

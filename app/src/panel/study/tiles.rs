@@ -107,11 +107,6 @@ impl Tiles {
         fresh
     }
 
-    /// The numbers of a tile.
-    pub fn planes(&self, index: usize) -> Option<&Planes> {
-        self.tiles[index].planes.as_deref()
-    }
-
     /// All tiles count as not up to date, whatever they show.
     pub fn retake(&mut self) {
         for tile in &mut self.tiles {

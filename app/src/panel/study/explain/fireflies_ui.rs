@@ -22,7 +22,7 @@ use crate::panel::widgets::{caption, focus_ring};
 use crate::state::command::Command;
 
 /// What a firefly is.
-const WHAT: &str = "A firefly: one sample that makes more than half of its pixel's noise, of the sum of squares; of its light it may be less.";
+const WHAT: &str = "A firefly: one sample with more than half of its pixel's sum of squares, from which noise comes. Its share of the light may be smaller.";
 
 /// What is pinned.
 pub struct Chosen {

@@ -11,7 +11,7 @@ use super::tables::{Exact, PixelTables};
 use crate::look::names::strategy_name;
 use crate::look::theme::{GRID, Inks};
 use crate::panel::hint::Hint as _;
-use crate::panel::number::{three_digits, two_digits};
+use crate::panel::number::{signed, three_digits, two_digits};
 use crate::panel::study::Subject;
 use crate::panel::widgets::caption;
 use crate::picture::background::{Background, Effort};
@@ -202,17 +202,11 @@ fn surface_ui(ui: &mut Ui, surface: &Surface) {
         None => "matte: no lobe".to_owned(),
     };
     let tilt = angle(surface.normal, surface.wo).to_degrees();
-    let [x, y, z] = surface.normal.to_array().map(component);
+    let [x, y, z] = surface.normal.to_array().map(|v| signed(f64::from(v), 2));
     ui.label(format!("Surface {}, {lobe}", surface.name));
     ui.label(format!("Seen {tilt:.1}\u{b0} from its normal ({x}, {y}, {z})"));
     ui.label(highlight_words(surface))
         .hint("The direction in which a mirror would reflect is about the peak of the lobe.");
-}
-
-/// A component of a unit vector; none is "\u{2212}0.00".
-fn component(v: f32) -> String {
-    let rounded = (100.0 * v).round() / 100.0;
-    format!("{:.2}", if rounded == 0.0 { 0.0 } else { rounded }).replace('-', "\u{2212}")
 }
 
 /// Which light its highlight is.
@@ -335,11 +329,6 @@ pub fn how(tables: &PixelTables) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn no_component_is_minus_zero() {
-        assert_eq!([-1e-8, 0.004, -0.996, -0.5].map(component), ["0.00", "0.00", "\u{2212}1.00", "\u{2212}0.50"]);
-    }
 
     #[test]
     fn a_mean_agrees_within_three_standard_errors_and_not_beyond() {
