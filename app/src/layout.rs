@@ -221,9 +221,8 @@ fn caption_strip(ui: &mut Ui, lab: &mut Lab, height: f32, out: &mut Vec<Command>
             ui.scope_builder(UiBuilder::new().max_rect(right), |ui| active_legend_ui(ui, lab));
         }
         // Beside the second line of the caption.
-        let first = if hall { 50.0 } else { 21.6 };
-        let second =
-            place.with_min_y(place.top() + first).with_max_y(place.top() + first + (if hall { 42.0 } else { 18.4 }));
+        let lines = place.with_max_y(place.top() + height.min(hall::HALL_CAPTION));
+        let (_, second) = lines.split_top_bottom_at_fraction(0.54);
         let opened = &lab.document.opened;
         let aside = second.with_min_x(second.right() - ASIDE.min(0.4 * second.width()));
         let warnings = opened.warnings.len();

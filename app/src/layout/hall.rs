@@ -21,16 +21,15 @@ use crate::state::study::Study;
 
 /// The projector view, in whichever of the two ways makes the picture larger. Returns where the pictures are.
 pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rect {
+    let strip = strip_height(ui, lab);
     if lab.studies.open.is_some_and(Study::is_beside_pictures) {
         // The study takes the column's place: without the picture nobody could point at a pixel.
-        let height = strip_height(ui, lab);
-        caption_strip(ui, lab, height, out);
+        caption_strip(ui, lab, strip, out);
         return CentralPanel::no_frame().show(ui, |ui| pictures(ui, lab, false, out)).inner;
     }
     let size = ui.available_size();
     let [columns, rows] = lab.document.arrangement().grid().map(|n| n as f32);
     let aspect = columns / rows * lab.document.view.placement.aspect(lab.document.image.resolution);
-    let strip = strip_height(ui, lab);
     // A study in place of the pictures gets all that the strategies leave.
     let column = if lab.studies.open.is_some() { Some(HALL_COLUMN) } else { hall_column(size, aspect, strip) };
     match column {
@@ -51,7 +50,7 @@ pub(super) fn hall_ui(ui: &mut Ui, lab: &mut Lab, out: &mut Vec<Command>) -> Rec
 /// Height in points of what stands over a wide picture in a hall.
 const HALL_BAR: f32 = 186.0;
 /// The least height of what stands under it: three lines.
-const HALL_CAPTION: f32 = 92.0;
+pub(super) const HALL_CAPTION: f32 = 92.0;
 /// What a menu takes beside the text in it.
 const MENU_FRAME: f32 = 60.0;
 /// Height of the caption in the column: three lines.

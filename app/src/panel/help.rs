@@ -1,15 +1,10 @@
 //! The key sheet.
 
-use eframe::egui::{self, Grid, Id, Modal, RichText, ScrollArea};
+use eframe::egui::{self, FontId, Grid, Id, Modal, RichText, ScrollArea, TextStyle};
 
 use crate::look::theme::medium;
-use crate::panel::widgets::{sheet_type, title};
+use crate::panel::widgets::{sheet_type, text_width, title};
 use crate::state::keys::bindings;
-
-fn key_width(ui: &egui::Ui, keys: &str) -> f32 {
-    let font = egui::FontId::new(egui::TextStyle::Body.resolve(ui.style()).size, medium());
-    ui.painter().layout_no_wrap(keys.to_owned(), font, egui::Color32::WHITE).size().x
-}
 
 /// The sheet. Returns false when it is done with.
 pub fn help_ui(ctx: &egui::Context) -> bool {
@@ -34,7 +29,8 @@ pub fn help_ui(ctx: &egui::Context) -> bool {
                     }
                     ui.vertical(|ui| {
                         let keys = bindings.iter().filter(|action| groups.contains(&action.group));
-                        let wide = keys.map(|action| key_width(ui, action.keys)).fold(0.0, f32::max);
+                        let font = FontId::new(TextStyle::Body.resolve(ui.style()).size, medium());
+                        let wide = keys.map(|action| text_width(ui, action.keys, &font)).fold(0.0, f32::max);
                         for group in groups {
                             title(ui, group);
                             let grid = Grid::new(*group).num_columns(2).min_col_width(wide).min_row_height(0.0);
